@@ -1,0 +1,29 @@
+"""One random stream per cause of chance, so that causes do not disturb each other.
+
+Two policies that run on one seed meet the same world and the same noise, whatever
+they do: every comparison is paired.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Streams(NamedTuple):
+    """One generator per cause of chance.
+
+    A new field goes last: the streams before it then keep their numbers.
+    """
+
+    layout: np.random.Generator
+    odometry: np.random.Generator
+    sensing: np.random.Generator
+    channel: np.random.Generator
+    outliers: np.random.Generator
+
+    @classmethod
+    def for_episode(cls, entropy: int, episode: int) -> "Streams":
+        """Key each stream by (episode, place) under one root ``entropy``."""
+        keys = [(episode, place) for place in range(len(cls._fields))]
+        seeds = [np.random.SeedSequence(entropy, spawn_key=key) for key in keys]
+        return cls(*map(np.random.default_rng, seeds))

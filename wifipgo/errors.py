@@ -1,0 +1,37 @@
+"""The few failures that a caller can act on, and the checks that raise them."""
+
+from collections.abc import Iterable, Mapping
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+class UnknownNameError(ValueError):
+    """A name that nothing answers to; the message lists those that exist."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        """Build the message from the kind of thing, the name got and the known names."""
+        self.kind, self.name, self.known = kind, name, sorted(known)
+        super().__init__(f"unknown {kind} {name!r}; known: {', '.join(self.known)}")
+
+
+class RecordingError(ValueError):
+    """A CSI recording that cannot be read; says at which byte and what was expected."""
+
+    def __init__(self, source: str, offset: int, expected: str, got: str) -> None:
+        """Build the message from the file, the byte offset, what was expected and found."""
+        self.source, self.offset = source, offset
+        super().__init__(f"{source}: at byte {offset}: expected {expected}, got {got}")
+
+
+def pick(table: Mapping[str, T], name: str, kind: str) -> T:
+    """Look ``name`` up, or raise `UnknownNameError` that lists what ``table`` holds."""
+    if name not in table:
+        raise UnknownNameError(kind, name, table)
+    return table[name]
+
+
+def require(holds: bool, field: str, rule: str, value: object) -> None:
+    """Raise `ValueError` naming the field, the rule and the value unless ``holds``."""
+    if not holds:
+        raise ValueError(f"{field} must be {rule}, got {value!r}")

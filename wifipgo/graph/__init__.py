@@ -1,0 +1,1 @@
+"""Graph wing: pose graphs, their solvers, outliers and metrics."""

@@ -1,0 +1,1 @@
+"""Radio wing: paths, CSI, links, angle of arrival, recordings."""

@@ -1,0 +1,69 @@
+"""Line segments in the plane as ``(n, 2, 2)`` arrays: crossings, sight lines, mirror images."""
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+
+def polygon_edges(corners_m: Float[np.ndarray, "corners 2"]) -> Float[np.ndarray, "corners 2 2"]:
+    """Edges of a closed polygon, in its own order."""
+    return np.stack([corners_m, np.roll(corners_m, -1, axis=0)], axis=1)
+
+
+def cross(a: Float[np.ndarray, "... 2"], b: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "..."]:
+    """Planar cross product ``a_x b_y - a_y b_x``."""
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def crossings(
+    start_m: Float[np.ndarray, "rays 2"],
+    end_m: Float[np.ndarray, "rays 2"],
+    walls_m: Float[np.ndarray, "walls 2 2"],
+    *,
+    margin: float = 1e-9,
+) -> Bool[np.ndarray, "rays walls"]:
+    """Which open segments start-end properly cross which walls.
+
+    Both parameters must lie in ``(margin, 1 - margin)`` along the ray and in
+    ``[0, 1)`` along the wall: half open, so that a ray through the corner shared
+    by two edges of a polygon is counted once.
+    """
+    ray = (end_m - start_m)[:, None]
+    wall = (walls_m[:, 1] - walls_m[:, 0])[None]
+    gap = walls_m[None, :, 0] - start_m[:, None]
+    det = cross(ray, wall)
+    parallel = det == 0.0
+    det = np.where(parallel, 1.0, det)
+    along_ray, along_wall = cross(gap, wall) / det, cross(gap, ray) / det
+    hit = (along_ray > margin) & (along_ray < 1.0 - margin) & (along_wall >= 0.0) & (along_wall < 1.0)
+    return hit & ~parallel
+
+
+def in_sight(
+    start_m: Float[np.ndarray, "rays 2"],
+    end_m: Float[np.ndarray, "rays 2"],
+    walls_m: Float[np.ndarray, "walls 2 2"],
+) -> Bool[np.ndarray, " rays"]:
+    """Whether nothing stands between the two ends of each ray."""
+    return np.logical_not(crossings(start_m, end_m, walls_m).any(axis=1))
+
+
+def mirror(
+    p_m: Float[np.ndarray, "points 2"],
+    walls_m: Float[np.ndarray, "walls 2 2"],
+) -> Float[np.ndarray, "points walls 2"]:
+    """Image of every point in the infinite line through every wall, m."""
+    direction = walls_m[:, 1] - walls_m[:, 0]
+    normal = np.stack([-direction[:, 1], direction[:, 0]], axis=-1)
+    normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+    height_m = np.einsum("pwk,wk->pw", p_m[:, None] - walls_m[None, :, 0], normal)
+    return p_m[:, None] - 2.0 * height_m[..., None] * normal[None]
+
+
+def distance_to_segments(
+    p_m: Float[np.ndarray, "points 2"], walls_m: Float[np.ndarray, "walls 2 2"]
+) -> Float[np.ndarray, "points walls"]:
+    """Distance from every point to every segment, m."""
+    base, direction = walls_m[None, :, 0], (walls_m[:, 1] - walls_m[:, 0])[None]
+    gap = p_m[:, None] - base
+    along = np.clip((gap * direction).sum(-1) / (direction**2).sum(-1), 0.0, 1.0)
+    return np.linalg.norm(gap - along[..., None] * direction, axis=-1)

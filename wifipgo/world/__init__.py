@@ -1,0 +1,1 @@
+"""World wing: arena, obstacles, what robots sense of it."""
