@@ -1,0 +1,117 @@
+"""Walls as dielectric slabs: ITU-R P.2040 materials, and what a slab reflects and lets through.
+
+The field is vertical, so it is perpendicular to the plane of incidence on every wall
+(TE). Time factor ``exp(+j 2 pi f t)``: a lossy permittivity has a negative imaginary part.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from wifipgo.errors import pick, require
+
+SPEED_OF_LIGHT_M_S = 299_792_458.0
+VACUUM_PERMITTIVITY_F_M = 8.8541878128e-12
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """Constants of a building material: permittivity ``a g^b`` and conductivity ``c g^d`` S/m, g in GHz."""
+
+    a: float
+    b: float
+    c: float
+    d: float
+
+
+# ITU-R P.2040-3 (08/2023), Table 3.
+MATERIALS: Mapping[str, Material] = MappingProxyType(
+    {
+        "concrete": Material(5.24, 0.0, 0.0462, 0.7822),
+        "brick": Material(3.91, 0.0, 0.0238, 0.16),
+        "plasterboard": Material(2.73, 0.0, 0.0085, 0.9395),
+        "wood": Material(1.99, 0.0, 0.0047, 1.0718),
+        "glass": Material(6.31, 0.0, 0.0036, 1.3394),
+        "chipboard": Material(2.58, 0.0, 0.0217, 0.7800),
+        "metal": Material(1.0, 0.0, 1e7, 0.0),
+    }
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Slab:
+    """What a wall is made of. The material is a name in `MATERIALS`."""
+
+    material: str = "concrete"
+    thickness_m: float = 0.2
+
+    def __post_init__(self) -> None:
+        """Reject values that cannot mean anything."""
+        pick(MATERIALS, self.material, "material")
+        require(0.0 < self.thickness_m < np.inf, "Slab.thickness_m", "> 0 and finite", self.thickness_m)
+
+
+def relative_permittivity(material: Material, carrier_hz: float) -> complex:
+    """Complex relative permittivity ``a g^b - j sigma / (2 pi f eps0)`` (ITU-R P.2040-3)."""
+    require(0.0 < carrier_hz < np.inf, "carrier_hz", "> 0 and finite", carrier_hz)
+    g = carrier_hz / 1e9
+    conductivity_s_m = material.c * g**material.d
+    return complex(
+        material.a * g**material.b, -conductivity_s_m / (2.0 * np.pi * carrier_hz * VACUUM_PERMITTIVITY_F_M)
+    )
+
+
+def slab_reflection(
+    permittivity: Complex[np.ndarray, "*n"],
+    thickness_m: Float[np.ndarray, "*n"],
+    cos_incidence: Float[np.ndarray, "*n"],
+    carrier_hz: float,
+) -> Complex[np.ndarray, "*n"]:
+    """Reflection coefficient of a slab in air, TE polarisation (single-layer slab of ITU-R P.2040-3).
+
+    ``r (1 - exp(-2jq)) / (1 - r^2 exp(-2jq))``: the sum of all bounces inside the slab.
+
+    Args:
+        permittivity: Relative permittivity of each slab.
+        thickness_m: Thickness of each slab.
+        cos_incidence: Cosine of the angle between ray and normal, in (0, 1].
+        carrier_hz: Frequency.
+
+    Returns:
+        Amplitude ratio, complex, at most 1 in modulus.
+    """
+    r, one_way = _interface(permittivity, thickness_m, cos_incidence, carrier_hz)
+    there_and_back = one_way * one_way
+    return r * (1.0 - there_and_back) / (1.0 - r * r * there_and_back)
+
+
+def slab_transmission(
+    permittivity: Complex[np.ndarray, "*n"],
+    thickness_m: Float[np.ndarray, "*n"],
+    cos_incidence: Float[np.ndarray, "*n"],
+    carrier_hz: float,
+) -> Complex[np.ndarray, "*n"]:
+    """Transmission coefficient of a slab in air, TE polarisation (single-layer slab of ITU-R P.2040-3).
+
+    ``(1 - r^2) exp(-jq) / (1 - r^2 exp(-2jq))``; arguments as in `slab_reflection`. The
+    phase ``q`` over the thickness comes on top of that of the straight ray.
+    """
+    r, one_way = _interface(permittivity, thickness_m, cos_incidence, carrier_hz)
+    r2 = r * r
+    return (1.0 - r2) * one_way / (1.0 - r2 * (one_way * one_way))
+
+
+def _interface(
+    permittivity: Complex[np.ndarray, "*n"],
+    thickness_m: Float[np.ndarray, "*n"],
+    cos_incidence: Float[np.ndarray, "*n"],
+    carrier_hz: float,
+) -> tuple[Complex[np.ndarray, "*n"], Complex[np.ndarray, "*n"]]:
+    """Fresnel coefficient of the front side, and the propagation factor ``exp(-jq)`` across the slab."""
+    s = np.sqrt(permittivity - 1.0 + cos_incidence * cos_incidence)
+    wavenumber = 2.0 * np.pi * carrier_hz / SPEED_OF_LIGHT_M_S
+    one_way = np.exp(-1j * (wavenumber * thickness_m * s))
+    return (cos_incidence - s) / (cos_incidence + s), one_way
