@@ -1,0 +1,86 @@
+"""Errors of a set of poses: against its measurements (paper Eq. 4) and against the truth (Eqs. 12, 13)."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+from jaxtyping import Float
+
+from wifipgo.errors import pick
+from wifipgo.graph.posegraph import Edges
+
+# Whether each term of Eq. 4 is divided by the variance of its measurement.
+ERR_WEIGHTS: Mapping[str, bool] = MappingProxyType({"unit": False, "information": True})
+
+
+def chordal_square(angle_rad: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
+    """Squared Frobenius distance of two rotations ``angle_rad`` apart: 4 (1 - cos d), in 2-D and 3-D."""
+    return 8.0 * np.sin(0.5 * angle_rad) ** 2
+
+
+def squared_residuals(
+    poses: Float[np.ndarray, "robots times 3"], edges: Edges
+) -> tuple[Float[np.ndarray, " edges"], Float[np.ndarray, " edges"]]:
+    """The two squared norms under the sum of paper Eq. 4, by what the tail's robot believes.
+
+    It knows its own poses from ``poses``, and another robot's as that last told it.
+
+    Returns:
+        ``|p_j - p_i - R_i pbar|^2`` in m^2 and ``|R_j - R_i Rbar|_F^2``, unitless.
+    """
+    times, rows = poses.shape[1], poses.reshape(-1, 3)
+    tail = edges.tail[:, 0] * times + edges.tail[:, 1]
+    head = edges.head[:, 0] * times + edges.head[:, 1]
+    T_world_i = rows.take(tail, axis=0)
+    T_world_j = np.where(edges.between_robots[:, None], edges.told, rows.take(head, axis=0))
+    d = T_world_j - T_world_i
+    c, s = np.cos(rows[:, 2]).take(tail), np.sin(rows[:, 2]).take(tail)
+    x, y = edges.z[:, 0], edges.z[:, 1]
+    off_m2 = (d[:, 0] - c * x + s * y) ** 2 + (d[:, 1] - s * x - c * y) ** 2
+    return off_m2, chordal_square(d[:, 2] - edges.z[:, 2])
+
+
+def residual_error(
+    poses: Float[np.ndarray, "robots times 3"], edges: Edges, *, weights: str = "unit"
+) -> Float[np.ndarray, " robots"]:
+    """Err_i of every robot (paper Eq. 4): how far its measurements disagree with its poses.
+
+    A term counts by its weight of Eq. 11 in both modes, since Omega' replaces Omega
+    there. Err_i sums over what robot i measured: edges whose tail is its own.
+
+    Args:
+        poses: What each robot believes its trajectory to be, world frame.
+        edges: All measurements.
+        weights: ``unit``: omega_p = 1 / m and omega_R = 1, the paper's, summed.
+            ``information``: omega = 1 / sigma, so a chi-square, here divided by its
+            degrees of freedom: three for each measurement of positive weight, less
+            three for each pose but the first, at least 1.
+
+    Returns:
+        Err_i, unitless.
+    """
+    off_m2, turn = squared_residuals(poses, edges)
+    robot, (n_robots, times) = edges.tail[:, 0], poses.shape[:2]
+    freedom = np.ones(n_robots)
+    if pick(ERR_WEIGHTS, weights, "Err weights"):
+        off_m2, turn = off_m2 / edges.sigma[:, 0] ** 2, turn / edges.sigma[:, 1] ** 2
+        counted = np.bincount(robot, edges.weight > 0.0, minlength=n_robots)
+        freedom = np.maximum(3.0 * (counted - (times - 1)), 1.0)
+    return np.bincount(robot, edges.weight * (off_m2 + 0.5 * turn), minlength=n_robots) / freedom
+
+
+def ate_trans(
+    estimate: Float[np.ndarray, "robots times 3"], reference: Float[np.ndarray, "robots times 3"]
+) -> Float[np.ndarray, " robots"]:
+    """Mean squared position error of each robot, m^2 (paper Eq. 12: no root, no alignment).
+
+    All robots have as many poses, so the mean over robots is Eq. 12 of the team.
+    """
+    return ((estimate[..., :2] - reference[..., :2]) ** 2).sum(axis=-1).mean(axis=-1)
+
+
+def ate_rot(
+    estimate: Float[np.ndarray, "robots times 3"], reference: Float[np.ndarray, "robots times 3"]
+) -> Float[np.ndarray, " robots"]:
+    """Mean squared rotation error of each robot, unitless (paper Eq. 13); its mean is the team's."""
+    return chordal_square(estimate[..., 2] - reference[..., 2]).mean(axis=-1)

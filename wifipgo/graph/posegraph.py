@@ -1,0 +1,112 @@
+"""Pose graphs as frozen arrays: relative-pose measurements, one row each (paper Eq. 2).
+
+Trajectories are one dense array of world-frame poses, ``poses[robot, index]`` =
+``(x_m, y_m, yaw_rad)``: every robot has one pose an iteration.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from wifipgo.errors import require
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Edges:
+    """Relative poses ``z = T_tail_head``: odometry, places seen again, other robots (paper Eq. 2).
+
+    Attributes:
+        tail: (robot, index) of the pose in whose frame the measurement is; that robot took it.
+        head: (robot, index) of the measured pose.
+        z: Measured ``(x_m, y_m, yaw_rad)`` of the head in the frame of the tail.
+        sigma: Standard deviations ``(sigma_t_m, sigma_r_rad)`` of z; sigma_t holds for each axis.
+        weight: Factor on the information of z (Eq. 11), in [0, 1]; 0 drops the measurement.
+        told: Pose of the head in the world as its robot last told it to the tail's robot.
+            Without meaning where both ends belong to one robot.
+    """
+
+    tail: Int[np.ndarray, "edges 2"]
+    head: Int[np.ndarray, "edges 2"]
+    z: Float[np.ndarray, "edges 3"]
+    sigma: Float[np.ndarray, "edges 2"]
+    weight: Float[np.ndarray, " edges"]
+    told: Float[np.ndarray, "edges 3"]
+
+    def __len__(self) -> int:
+        """Return the number of measurements."""
+        return len(self.tail)
+
+    @classmethod
+    def empty(cls) -> "Edges":
+        """Return a graph without measurements."""
+        pair, pose = np.zeros((0, 2), dtype=np.int64), np.zeros((0, 3))
+        return cls(tail=pair, head=pair, z=pose, sigma=np.zeros((0, 2)), weight=np.zeros(0), told=pose)
+
+    @classmethod
+    def measured(
+        cls,
+        *,
+        tail: Int[np.ndarray, "edges 2"],
+        head: Int[np.ndarray, "edges 2"],
+        z: Float[np.ndarray, "edges 3"],
+        sigma: Float[np.ndarray, "#edges 2"] | tuple[float, float],
+        weight: Float[np.ndarray, " edges"] | float = 1.0,
+        told: Float[np.ndarray, "edges 3"] | None = None,
+    ) -> "Edges":
+        """Check new measurements and fill in what they share.
+
+        Args:
+            tail: See the class.
+            head: See the class.
+            z: See the class.
+            sigma: One row for each measurement, or one pair for all.
+            weight: One for each measurement, or one for all.
+            told: May be left out where both ends belong to one robot.
+
+        Raises:
+            ValueError: A sigma is not > 0, a weight is outside [0, 1], or a
+                measurement of another robot comes without what that robot told.
+        """
+        n = len(tail)
+        sigmas = np.broadcast_to(np.asarray(sigma, dtype=np.float64), (n, 2))
+        weights = np.broadcast_to(np.asarray(weight, dtype=np.float64), (n,))
+        require(bool((sigmas > 0.0).all()), "Edges.sigma", "> 0", sigma)
+        require(bool(((weights >= 0.0) & (weights <= 1.0)).all()), "Edges.weight", "in [0, 1]", weight)
+        strangers = int((tail[:, 0] != head[:, 0]).sum())
+        require(told is not None or strangers == 0, "Edges.told", "given for edges between robots", told)
+        told = np.zeros((n, 3)) if told is None else told
+        return cls(tail=tail, head=head, z=z, sigma=sigmas, weight=weights, told=told)
+
+    @property
+    def between_robots(self) -> Bool[np.ndarray, " edges"]:
+        """Which measurements are of another robot."""
+        return self.tail[:, 0] != self.head[:, 0]
+
+
+def extended(edges: Edges, more: Edges) -> Edges:
+    """Append measurements."""
+    return _by_field(np.concatenate((getattr(edges, f), getattr(more, f))) for f in _NAMES)
+
+
+def select(edges: Edges, rows: Bool[np.ndarray, " edges"] | Int[np.ndarray, " rows"]) -> Edges:
+    """Keep the rows of a mask, or those listed, in the order listed."""
+    return _by_field(getattr(edges, f)[rows] for f in _NAMES)
+
+
+def retold(edges: Edges, poses: Float[np.ndarray, "robots times 3"], *, robots: Iterable[int]) -> Edges:
+    """Let the given robots tell each other their current poses (what a rendezvous exchanges)."""
+    among = np.isin(np.arange(len(poses)), list(robots))
+    rows = np.flatnonzero(among[edges.tail[:, 0]] & among[edges.head[:, 0]])
+    told = edges.told.copy()
+    told[rows] = poses[edges.head[rows, 0], edges.head[rows, 1]]
+    return replace(edges, told=told)
+
+
+_NAMES = tuple(f.name for f in fields(Edges))
+
+
+def _by_field(columns: Iterable[np.ndarray]) -> Edges:
+    """Build edges from one array per field, in the order of the fields."""
+    return Edges(**dict(zip(_NAMES, columns, strict=True)))
