@@ -1,0 +1,125 @@
+"""The static scene as the radio sees it: flat faces with a front side, and what they are made of."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from wifipgo.errors import require
+from wifipgo.radio.materials import MATERIALS, Slab, relative_permittivity
+from wifipgo.segments import cross, polygon_edges
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Surfaces:
+    """Faces of a room and its obstacles, with what every call needs worked out once.
+
+    For each face, a point has a position along it and a height over its front side. Both are
+    affine, so one matrix product gives them for all faces and points. The derived arrays have
+    one entry more than there are faces, the first: the line of sight, a face without end and
+    without normal, 1 m below every point.
+
+    Attributes:
+        ends_m: Both ends of every face, m.
+        permittivity: Complex relative permittivity of every face at the carrier.
+        thickness_m: Thickness of the slab behind every face, m.
+        n_walls: The first ``n_walls`` faces are the outer walls of a convex room: their inner
+            side reflects and, with every robot inside, they never stand in the way. The other
+            faces belong to obstacles, counter-clockwise, so their front is on the right.
+        normal: Unit vector out of the front of each face (derived).
+        to_along: Rows that take ``(x, y, 1)`` to the position along each face, m (derived).
+        to_height: Rows that take ``(x, y, 1)`` to the height over each face, m (derived).
+        length_m: Length of each face, m (derived).
+    """
+
+    ends_m: Float[np.ndarray, "faces 2 2"]
+    permittivity: Complex[np.ndarray, " faces"]
+    thickness_m: Float[np.ndarray, " faces"]
+    n_walls: int
+    normal: Float[np.ndarray, "2 faces+1"] = field(init=False, repr=False)
+    to_along: Float[np.ndarray, "faces+1 3"] = field(init=False, repr=False)
+    to_height: Float[np.ndarray, "faces+1 3"] = field(init=False, repr=False)
+    length_m: Float[np.ndarray, " faces+1"] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Refuse faces without length and rooms that are not convex; work out the derived arrays."""
+        require(0 <= self.n_walls <= len(self.ends_m), "Surfaces.n_walls", "in 0..faces", self.n_walls)
+        require(bool(np.isfinite(self.ends_m).all()), "Surfaces.ends_m", "finite", self.ends_m)
+        base_m, edge_m = self.ends_m[:, 0], self.ends_m[:, 1] - self.ends_m[:, 0]
+        length_m = np.hypot(edge_m[:, 0], edge_m[:, 1])
+        require(bool(np.all(length_m > 0.0)), "Surfaces.ends_m", "faces longer than 0", length_m)
+        direction = edge_m / length_m[:, None]
+        normal = np.stack([direction[:, 1], -direction[:, 0]], axis=-1)
+        _turn_inwards(normal[: self.n_walls], self.ends_m[: self.n_walls])
+        put = object.__setattr__  # the way to derive fields of a frozen dataclass
+        put(self, "normal", np.concatenate([np.zeros((2, 1)), normal.T], axis=1))
+        put(self, "to_along", _affine(direction, base_m, at_sight=0.0))
+        put(self, "to_height", _affine(normal, base_m, at_sight=1.0))
+        put(self, "length_m", np.concatenate([[np.inf], length_m]))
+
+
+def surfaces_of(
+    walls_m: Float[np.ndarray, "walls 2 2"],
+    obstacles_m: Sequence[Float[np.ndarray, "_ 2"]] = (),
+    *,
+    carrier_hz: float,
+    wall: Slab | Sequence[Slab],
+    obstacle: Slab | Sequence[Slab] = (),
+) -> Surfaces:
+    """Faces of a convex room and the obstacles in it.
+
+    Args:
+        walls_m: Outer walls, m, in any order and direction.
+        obstacles_m: Corners of each obstacle, m, counter-clockwise.
+        carrier_hz: Frequency at which the materials are taken.
+        wall: What the walls are made of; one for all, or one each.
+        obstacle: What the faces of the obstacles are made of; one for all, or one per obstacle.
+
+    Returns:
+        The scene for `wifipgo.radio.paths.trace_paths`.
+
+    Raises:
+        ValueError: If an obstacle is clockwise, a room not convex, a face without length, or
+            the number of slabs does not fit.
+    """
+    for index, corners_m in enumerate(obstacles_m):
+        turn = float(cross(corners_m, np.roll(corners_m, -1, axis=0)).sum())
+        require(turn >= 0.0, f"obstacles_m[{index}]", "counter-clockwise", corners_m.tolist())
+    slabs = _one_each(wall, len(walls_m), "wall")
+    per_obstacle = _one_each(obstacle, len(obstacles_m), "obstacle")
+    slabs += [slab for slab, corners_m in zip(per_obstacle, obstacles_m, strict=True) for _ in corners_m]
+    permittivity = [relative_permittivity(MATERIALS[slab.material], carrier_hz) for slab in slabs]
+    return Surfaces(
+        ends_m=np.concatenate([walls_m, *map(polygon_edges, obstacles_m)]),
+        permittivity=np.array(permittivity, dtype=complex),
+        thickness_m=np.array([slab.thickness_m for slab in slabs], dtype=float),
+        n_walls=len(walls_m),
+    )
+
+
+def _one_each(slabs: Slab | Sequence[Slab], count: int, name: str) -> list[Slab]:
+    """One slab per place, from one for all or a list of the right length."""
+    if isinstance(slabs, Slab):
+        return [slabs] * count
+    require(len(slabs) == count, f"number of {name} slabs", str(count), len(slabs))
+    return list(slabs)
+
+
+def _turn_inwards(normal: Float[np.ndarray, "walls 2"], walls_m: Float[np.ndarray, "walls 2 2"]) -> None:
+    """Flip, in place, the normals of walls that point out of the room; refuse a room that is not convex."""
+    if not len(walls_m):
+        return
+    middle_m = walls_m.reshape(-1, 2).mean(axis=0)
+    normal *= np.where(((middle_m - walls_m[:, 0]) * normal).sum(-1) < 0.0, -1.0, 1.0)[:, None]
+    height_m = np.einsum("fk,fwek->fwe", normal, walls_m[None] - walls_m[:, None, :1])
+    lowest_m = float(height_m.min())
+    require(lowest_m >= -1e-6, "Surfaces.ends_m", "a convex room in its first n_walls faces", lowest_m)
+
+
+def _affine(
+    axis: Float[np.ndarray, "faces 2"], base_m: Float[np.ndarray, "faces 2"], *, at_sight: float
+) -> Float[np.ndarray, "faces+1 3"]:
+    """Rows that take ``(x, y, 1)`` to ``axis . (p - base)``, after one that is ``at_sight`` everywhere."""
+    rows = np.concatenate([axis, -(axis * base_m).sum(-1, keepdims=True)], axis=1)
+    return np.concatenate([[[0.0, 0.0, at_sight]], rows])
