@@ -1,0 +1,66 @@
+# Everything runs in .venv, which is made on first use; a second call installs nothing.
+#   make test                          make evaluate ARGS="--trials 4"
+#   make test PYTHON=python3.12        make test PYTEST_ARGS="-x tests/oracle"
+
+PYTHON ?= python3
+PYTEST_ARGS ?= -n auto
+ARGS ?=
+VENV := .venv
+BIN := $(VENV)/bin
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-input -c constraints.txt
+PINS := pyproject.toml constraints.txt
+
+# One thread for each process: pytest-xdist and the evaluation use the cores by processes.
+export OMP_NUM_THREADS ?= 1
+export OPENBLAS_NUM_THREADS ?= 1
+export MPLBACKEND ?= Agg
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+.PHONY: help test lint format evaluate speed clean
+
+help:  ## List the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+test: lint  ## Lint, types, floors, then every test
+	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+lint: $(VENV)/.dev  ## ruff, mypy and the import contracts, without the tests
+	$(BIN)/python -m ruff check .
+	$(BIN)/python -m ruff format --check .
+	$(BIN)/python -m mypy
+	@$(BIN)/lint-imports --no-logo
+
+format: $(VENV)/.dev  ## Rewrite the code in the project's layout
+	$(BIN)/python -m ruff check --fix .
+	$(BIN)/python -m ruff format .
+
+evaluate: $(VENV)/.run  ## Active against random rendezvous, paired; into results/evaluate
+	$(BIN)/python -m baselines.evaluate $(ARGS)
+
+speed: $(VENV)/.dev  ## Time each part; table and JSON
+	$(BIN)/python -m benchmarks.speed $(ARGS)
+
+clean:  ## Remove .venv, caches and build files; results/ stays
+	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# Stamps: the virtual environment, what running needs, what developing needs on top.
+$(VENV)/.made:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "wifipgo needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) --version 2>&1)." \
+	    "Name another: make PYTHON=python3.12 ..." >&2; exit 1; }
+	@echo "Making $(VENV) with $$($(PYTHON) --version)"
+	@$(PYTHON) -m venv --clear $(VENV)
+	@touch $@
+
+$(VENV)/.run: $(PINS) | $(VENV)/.made
+	@echo "Installing wifipgo and what it needs into $(VENV) (about a minute, once)"
+	@$(INSTALL) -e .
+	@touch $@
+
+$(VENV)/.dev: $(PINS) | $(VENV)/.made
+	@echo "Installing wifipgo and its development tools into $(VENV) (about a minute, once)"
+	@$(INSTALL) -e '.[dev]'
+	@touch $(VENV)/.run $@
