@@ -1,0 +1,276 @@
+r"""One iteration of the paper's loop as a straight line.
+
+::
+
+    commands -> Arena.drive -> poses -> odometry, relative poses (Eq. 2), lidar
+                                 \--> paths -> links (Eq. 1) -> CSI -> profiles and peaks (Eqs. 5, 6, 10)
+    relative poses x peaks -> weights (7-9, 11) -> edges -> optimised at a rendezvous (3) -> error (4)
+
+What is true and what the robots believe are two objects: no policy, observation or
+default reward is ever handed a `Truth`.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from wifipgo import se2
+from wifipgo.chance import Streams
+from wifipgo.graph import Edges, bearing, extended, paper_weights, residual_error
+from wifipgo.radio.aoa import Peaks, closest_peak
+from wifipgo.radio.hearing import Links, listen, probe_links
+from wifipgo.radio.materials import Slab
+from wifipgo.radio.paths import surfaces_of
+from wifipgo.rendezvous import (
+    NOBODY,
+    Calls,
+    choose_slots,
+    discrepancies,
+    due_groups,
+    meet,
+    no_calls,
+    place_calls,
+    raise_demands,
+)
+from wifipgo.scenarios import Scenario
+from wifipgo.state import Belief, Commands, Tick, Truth, World
+from wifipgo.world.arena import N_LIDAR_RAYS, Arena, Drive
+from wifipgo.world.coverage import empty_map, reveal
+from wifipgo.world.layout import random_layout
+from wifipgo.world.sensing import (
+    RelativePoses,
+    observe_own_places,
+    observe_robots,
+    odometry,
+    robots_in_view,
+)
+
+
+class Listening(NamedTuple):
+    """Profiles by slot, and the peaks of every link that was listened to."""
+
+    slots: Int[np.ndarray, "robots slots"]
+    profile: Float[np.ndarray, "robots slots grid"]
+    row: Int[np.ndarray, "robots robots"]
+    peaks: Peaks
+
+
+def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
+    """Lay out a world and let every robot sense once from its start, which it knows."""
+    cfg, n = scenario.arena, scenario.n_robots
+    layout = random_layout(n, cfg, rng=streams.layout)
+    surfaces = surfaces_of(
+        layout.walls_m,
+        layout.obstacles_m,
+        carrier_hz=scenario.radio.carrier_hz,
+        wall=Slab(cfg.wall_material, cfg.wall_thickness_m),
+        obstacle=Slab(cfg.obstacle_material, cfg.obstacle_thickness_m),
+    )
+    world = World(layout, layout.faces_m, surfaces, Arena(layout, cfg))
+    cells = reveal(
+        empty_map(layout, cfg.size_m), layout.starts[:, :2], range_m=scenario.sensing.sensor_range_m
+    )
+    truth = Truth(
+        poses=layout.starts[:, None], bumps=np.zeros(n, dtype=int), distance_m=np.zeros(n), cells=cells
+    )
+    belief = _first_belief(layout.starts, scenario)
+    return world, _sensed(truth, belief, world=world, scenario=scenario, streams=streams)
+
+
+def advance(tick: Tick, commands: Commands, *, world: World, scenario: Scenario, streams: Streams) -> Tick:
+    """One iteration: call, drive, turn and listen, measure, meet, take stock."""
+    before, belief = tick.truth.poses[:, -1], tick.belief
+    calls = place_calls(belief.calls, commands.request, belief.rate_mbit_s, belief.esnr_db, cfg=scenario.link)
+    drive = world.arena.drive(before, commands.waypoints)
+    motion = odometry(before, drive.poses, cfg=scenario.sensing, rng=streams.odometry)
+    return _sensed(
+        _moved(tick.truth, drive, scenario),
+        replace(_dead_reckoned(belief, motion, scenario), calls=calls),
+        world=world,
+        scenario=scenario,
+        streams=streams,
+    )
+
+
+def _first_belief(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> Belief:
+    """Every robot knows its start and nothing else."""
+    n, slots = scenario.n_robots, scenario.n_slots
+    return Belief(
+        estimate=starts[:, None],
+        edges=Edges.empty(),
+        err=np.zeros(n),
+        lidar_m=np.zeros((n, N_LIDAR_RAYS)),
+        esnr_db=np.zeros((n, n)),
+        rate_mbit_s=np.zeros((n, n)),
+        discrepancy=np.zeros((n, n)),
+        slots=np.full((n, slots), NOBODY),
+        profile=np.zeros((n, slots, scenario.turn.n_azimuths), dtype=np.float32),
+        calls=no_calls(n, scenario.link),
+        observed=np.zeros((n, n), dtype=int),
+        last_met=np.zeros(n, dtype=int),
+        met=(),
+        bytes_sent=0,
+    )
+
+
+def _moved(truth: Truth, drive: Drive, scenario: Scenario) -> Truth:
+    """Truth after a drive."""
+    p_m = drive.poses[:, :2]
+    return Truth(
+        poses=np.concatenate([truth.poses, drive.poses[:, None]], axis=1),
+        bumps=truth.bumps + drive.bumped,
+        distance_m=truth.distance_m + np.linalg.norm(p_m - truth.poses[:, -1, :2], axis=1),
+        cells=reveal(truth.cells, p_m, range_m=scenario.sensing.sensor_range_m),
+    )
+
+
+def _dead_reckoned(belief: Belief, motion: Float[np.ndarray, "robots 3"], scenario: Scenario) -> Belief:
+    """Append the pose that odometry suggests, and the odometry."""
+    n, t = len(motion), belief.t
+    robots = np.arange(n)
+    odometry_edges = Edges.measured(
+        tail=np.stack([robots, np.full(n, t)], axis=1),
+        head=np.stack([robots, np.full(n, t + 1)], axis=1),
+        z=motion,
+        sigma=scenario.sensing.stated_sigmas(n),
+    )
+    now = se2.compose(belief.estimate[:, -1], motion)
+    return replace(
+        belief,
+        estimate=np.concatenate([belief.estimate, now[:, None]], axis=1),
+        edges=extended(belief.edges, odometry_edges),
+    )
+
+
+def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, streams: Streams) -> Tick:
+    """Look, listen, measure, meet if due, and take stock of the error."""
+    poses, link = truth.poses[:, -1], scenario.link
+    links = probe_links(poses[:, :2], world.surfaces, scenario.radio)
+    seen = robots_in_view(poses, world.faces_m, range_m=scenario.sensing.sensor_range_m)
+    heard = _listened(links, belief.calls, seen, poses[:, 2], scenario=scenario, streams=streams)
+    found = _measured(truth, belief, seen, heard, world=world, scenario=scenario, streams=streams)
+    edges = extended(belief.edges, found)
+    belief = replace(
+        belief,
+        edges=_told_where_linked(edges, belief.estimate, links.rate_mbit_s >= link.q_mbit_s),
+        lidar_m=world.arena.lidar(poses),
+        esnr_db=links.esnr_db,
+        rate_mbit_s=links.rate_mbit_s,
+        slots=heard.slots,
+        profile=heard.profile,
+        observed=belief.observed + seen,
+        met=(),
+    )
+    belief = _met(belief, scenario)
+    calls = raise_demands(belief.calls, links.rate_mbit_s, step_mbit_s=1.0)
+    return Tick(
+        truth=truth,
+        belief=replace(
+            belief,
+            err=residual_error(belief.estimate, belief.edges, weights=scenario.rendezvous.err_weights),
+            calls=calls,
+            discrepancy=discrepancies(calls, links.rate_mbit_s, cfg=link),
+        ),
+    )
+
+
+def _listened(
+    links: Links,
+    calls: Calls,
+    seen: Bool[np.ndarray, "robots robots"],
+    yaw_rad: Float[np.ndarray, " robots"],
+    *,
+    scenario: Scenario,
+    streams: Streams,
+) -> Listening:
+    """Profiles of every slot, and of every robot in view where they guard against outliers."""
+    n = len(yaw_rad)
+    slots = choose_slots(calls, links.rate_mbit_s, links.esnr_db, scenario.n_slots)
+    wanted = seen & (scenario.rendezvous.outliers != "none")
+    robot, slot = np.nonzero(slots != NOBODY)
+    wanted[robot, slots[robot, slot]] = True
+    receiver, sender = np.nonzero(wanted)
+    row = np.full((n, n), NOBODY)
+    row[receiver, sender] = np.arange(len(receiver))
+    heard = listen(
+        links, receiver, sender, yaw_rad, radio=scenario.radio, turn=scenario.turn, rng=streams.channel
+    )
+    profile = np.zeros((*slots.shape, heard.profile.shape[1]), dtype=np.float32)
+    profile[robot, slot] = heard.profile[row[robot, slots[robot, slot]]]
+    return Listening(slots, profile, row, heard.peaks)
+
+
+def _measured(
+    truth: Truth,
+    belief: Belief,
+    seen: Bool[np.ndarray, "robots robots"],
+    heard: Listening,
+    *,
+    world: World,
+    scenario: Scenario,
+    streams: Streams,
+) -> Edges:
+    """Relative poses of this iteration (Eq. 2), weighted by what was heard if the scenario asks for it."""
+    cfg = scenario.sensing
+    others = observe_robots(
+        truth.poses[:, -1], belief.t, seen, cfg=cfg, rng=streams.sensing, outlier_rng=streams.outliers
+    )
+    places = observe_own_places(truth.poses, world.faces_m, cfg=cfg, rng=streams.sensing)
+    weight = _weights(others, heard, scenario)
+    told = belief.estimate[others.head[:, 0], others.head[:, 1]]
+    return extended(
+        Edges.measured(
+            tail=others.tail, head=others.head, z=others.z, sigma=others.sigma, weight=weight, told=told
+        ),
+        Edges.measured(tail=places.tail, head=places.head, z=places.z, sigma=places.sigma),
+    )
+
+
+def _weights(others: RelativePoses, heard: Listening, scenario: Scenario) -> Float[np.ndarray, " edges"]:
+    """Weights of Eq. 11 from the peak closest to each reported direction (Eq. 10)."""
+    cfg = scenario.rendezvous
+    if cfg.outliers == "none" or not len(others.z):
+        return np.ones(len(others.z))
+    rows = heard.row[others.tail[:, 0], others.head[:, 0]]
+    reported = bearing(others.z)
+    closest = closest_peak(Peaks(*(column[rows] for column in heard.peaks)), reported)
+    weight = paper_weights(reported, closest, sigma_rad=cfg.aoa_sigma_rad, gate_rad=cfg.aoa_gate_rad)
+    return np.where(rows == NOBODY, 1.0, weight)
+
+
+def _told_where_linked(
+    edges: Edges, estimate: Float[np.ndarray, "robots times 3"], linked: Bool[np.ndarray, "robots robots"]
+) -> Edges:
+    """Robots whose link carries the desired rate tell each other where they were when measured."""
+    rows = np.flatnonzero(linked[edges.tail[:, 0], edges.head[:, 0]])
+    told = edges.told.copy()
+    told[rows] = estimate[edges.head[rows, 0], edges.head[rows, 1]]
+    return replace(edges, told=told)
+
+
+def _met(belief: Belief, scenario: Scenario) -> Belief:
+    """Hold every rendezvous that is due; a call that was up in a group is served."""
+    cfg = scenario.rendezvous
+    groups = due_groups(belief.observed, belief.rate_mbit_s, kappa=cfg.kappa, q_mbit_s=scenario.link.q_mbit_s)
+    for group in groups:
+        meeting = meet(belief.estimate, belief.edges, group, cfg=cfg)
+        observed, last_met, callee = (
+            belief.observed.copy(),
+            belief.last_met.copy(),
+            belief.calls.callee.copy(),
+        )
+        observed[np.ix_(group, group)] = 0
+        last_met[group], callee[group] = belief.t, NOBODY
+        belief = replace(
+            belief,
+            estimate=meeting.estimate,
+            edges=meeting.edges,
+            observed=observed,
+            last_met=last_met,
+            calls=belief.calls._replace(callee=callee),
+            met=(*belief.met, tuple(group)),
+            bytes_sent=belief.bytes_sent + meeting.bytes_sent,
+        )
+    return belief

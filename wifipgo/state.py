@@ -1,0 +1,90 @@
+"""What an iteration hands to the next: the standing world, the truth, and what the robots believe."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from wifipgo.graph import Edges
+from wifipgo.radio.paths import Surfaces
+from wifipgo.rendezvous import Calls
+from wifipgo.world.arena import Arena
+from wifipgo.world.coverage import CellMap
+from wifipgo.world.layout import Layout
+
+
+class World(NamedTuple):
+    """What stands still during an episode, and the engine that moves the rest."""
+
+    layout: Layout
+    faces_m: Float[np.ndarray, "faces 2 2"]
+    surfaces: Surfaces
+    arena: Arena
+
+
+class Commands(NamedTuple):
+    """What robots are told to do in one iteration."""
+
+    waypoints: Float[np.ndarray, "robots 2"]
+    request: Bool[np.ndarray, " robots"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Truth:
+    """What really happened; for metrics only."""
+
+    poses: Float[np.ndarray, "robots times 3"]
+    bumps: Int[np.ndarray, " robots"]
+    distance_m: Float[np.ndarray, " robots"]
+    cells: CellMap
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Belief:
+    """What the robots measured, were told and concluded. Row i is what robot i knows.
+
+    Attributes:
+        estimate: Poses ``T_world_robot`` of every robot up to now, as it believes them.
+        edges: Measurements (Eq. 2), each known to the robot at its tail.
+        err: Err_i of Eq. 4.
+        lidar_m: Free distance along the rays.
+        esnr_db: Effective SNR of each link.
+        rate_mbit_s: rho_ij of Eq. 1.
+        discrepancy: w_ij of Eq. 1.
+        slots: Neighbours that each robot listens to, `NOBODY` where empty.
+        profile: AOA profile of each slot in the body frame, zeros where empty.
+        calls: Calls that are up.
+        observed: Relative poses of each other that pairs took since they last met.
+        last_met: Iteration of each robot's last rendezvous; 0 before the first.
+        met: Groups that met in this iteration.
+        bytes_sent: Exchanged at rendezvous so far.
+    """
+
+    estimate: Float[np.ndarray, "robots times 3"]
+    edges: Edges
+    err: Float[np.ndarray, " robots"]
+    lidar_m: Float[np.ndarray, "robots rays"]
+    esnr_db: Float[np.ndarray, "robots robots"]
+    rate_mbit_s: Float[np.ndarray, "robots robots"]
+    discrepancy: Float[np.ndarray, "robots robots"]
+    slots: Int[np.ndarray, "robots slots"]
+    profile: Float[np.ndarray, "robots slots grid"]
+    calls: Calls
+    observed: Int[np.ndarray, "robots robots"]
+    last_met: Int[np.ndarray, " robots"]
+    met: tuple[tuple[int, ...], ...]
+    bytes_sent: int
+
+    @property
+    def t(self) -> int:
+        """Iterations done."""
+        return self.estimate.shape[1] - 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tick:
+    """State after an iteration."""
+
+    truth: Truth
+    belief: Belief

@@ -1,0 +1,145 @@
+"""The only place that knows pymunk: robots that drive, bump and look around.
+
+Bodies never leave this module; positions come and go as arrays through
+``pymunk.batch``, whose rows are in the space's own order and end with the static body.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import pymunk
+import pymunk.batch
+from jaxtyping import Bool, Float
+
+from wifipgo import se2
+from wifipgo.world.layout import ArenaConfig, Layout
+
+N_LIDAR_RAYS = 16
+_COMMANDS_PER_DRIVE = 4
+# An arrival that misses its waypoint by more than this was a bump.
+_MISS_M = 0.02
+_GRIP = 0.4
+_ROBOT, _STATIC = 0b01, 0b10
+
+
+class Drive(NamedTuple):
+    """Where a drive ended, and for whom it ended early."""
+
+    poses: Float[np.ndarray, "robots 3"]
+    bumped: Bool[np.ndarray, " robots"]
+
+
+class Arena:
+    """A pymunk space with walls, obstacles and one disc for each robot."""
+
+    def __init__(self, layout: Layout, cfg: ArenaConfig) -> None:
+        """Build the space with the robots at their starts."""
+        self._cfg = cfg
+        self._space = pymunk.Space()
+        self._space.collision_slop = 1e-3
+        # Share of an overlap left after one unit of time; the default leaves robots stuck in walls.
+        self._space.collision_bias = 1e-9
+        self._add_static(layout)
+        bodies = [self._add_robot(start) for start in layout.starts]
+        self._buffer = pymunk.batch.Buffer()
+        self._rows = self._batch_rows(bodies)
+        self._velocity = np.zeros((len(bodies) + 1, 2))
+        angle = 2.0 * np.pi / N_LIDAR_RAYS * np.arange(N_LIDAR_RAYS)
+        self._rays = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        self._lidar_filter = pymunk.ShapeFilter()
+
+    def _add_static(self, layout: Layout) -> None:
+        """Walls grow outwards and are thick, so that nothing tunnels through them."""
+        thick_m = 1.0
+        ground = self._space.static_body
+        for start, end in layout.walls_m:
+            along = (end - start) / np.linalg.norm(end - start)
+            out = thick_m * np.array([along[1], -along[0]])
+            a, b = start + out - thick_m * along, end + out + thick_m * along
+            self._space.add(self._static(pymunk.Segment(ground, tuple(a), tuple(b), thick_m)))
+        for corners in layout.obstacles_m:
+            self._space.add(self._static(pymunk.Poly(ground, corners.tolist())))
+
+    @staticmethod
+    def _static(shape: pymunk.Shape) -> pymunk.Shape:
+        shape.friction, shape.elasticity = _GRIP, 0.0
+        shape.filter = pymunk.ShapeFilter(categories=_STATIC)
+        return shape
+
+    def _add_robot(self, start: np.ndarray) -> pymunk.Body:
+        """A disc that does not spin: headings are kinematic, positions are physics."""
+        body = pymunk.Body(mass=1.0, moment=float("inf"))
+        body.position = (float(start[0]), float(start[1]))
+        shape = pymunk.Circle(body, self._cfg.robot_radius_m)
+        shape.friction, shape.elasticity = _GRIP, 0.0
+        shape.filter = pymunk.ShapeFilter(categories=_ROBOT)
+        self._space.add(body, shape)
+        return body
+
+    def _batch_rows(self, bodies: list[pymunk.Body]) -> np.ndarray:
+        """Row of each robot in a batch call, found by body id: the order is the space's own."""
+        self._buffer.clear()
+        pymunk.batch.get_space_bodies(self._space, pymunk.batch.BodyFields.BODY_ID, self._buffer)
+        ids = np.frombuffer(self._buffer.int_buf(), dtype=np.uintp).tolist()
+        return np.array([ids.index(body.id) for body in bodies])
+
+    def positions(self) -> Float[np.ndarray, "robots 2"]:
+        """True positions of the robots, m."""
+        self._buffer.clear()
+        pymunk.batch.get_space_bodies(self._space, pymunk.batch.BodyFields.POSITION, self._buffer)
+        return np.frombuffer(self._buffer.float_buf(), dtype=np.float64).reshape(-1, 2)[self._rows]
+
+    def _command(self, velocity_m_s: np.ndarray) -> None:
+        """Write velocities; the static body's row stays zero, or walls would drag robots."""
+        self._velocity[self._rows] = velocity_m_s
+        buffer = pymunk.batch.Buffer()
+        buffer.set_float_buf(self._velocity)
+        pymunk.batch.set_space_bodies(self._space, pymunk.batch.BodyFields.VELOCITY, buffer)
+
+    def drive(self, poses: Float[np.ndarray, "robots 3"], waypoints: Float[np.ndarray, "robots 2"]) -> Drive:
+        """Drive every robot towards its waypoint for one iteration, then turn in place.
+
+        Velocities are set again a few times on the way, so a robot that was pushed or that
+        slid along a wall heads for its waypoint again; nothing moves faster than one step
+        length an iteration. An iteration lasts one unit of time.
+
+        Args:
+            poses: True poses before, ``T_world_robot``.
+            waypoints: In the body frame, in step lengths; longer than 1 is cut to 1.
+
+        Returns:
+            True poses after drive and turn, and who missed its waypoint.
+        """
+        length = np.linalg.norm(waypoints, axis=1, keepdims=True)
+        goal_m = self._cfg.step_m * waypoints / np.maximum(length, 1.0)
+        target_m = se2.apply(poses, goal_m)
+        rounds = _COMMANDS_PER_DRIVE
+        for left in range(rounds, 0, -1):
+            gap_m = target_m - self.positions()
+            speed = np.linalg.norm(gap_m, axis=1, keepdims=True) * rounds / left
+            self._command(
+                gap_m * rounds / left * np.minimum(1.0, self._cfg.step_m / np.maximum(speed, 1e-12))
+            )
+            for _ in range(self._cfg.n_substeps // rounds):
+                self._space.step(1.0 / self._cfg.n_substeps)
+        p_m = self.positions()
+        moved = length[:, 0] > 1e-6
+        yaw_rad = poses[:, 2] + np.where(moved, np.arctan2(waypoints[:, 1], waypoints[:, 0]), 0.0)
+        yaw_rad = se2.wrap_angle(yaw_rad + self._cfg.turn_rad)
+        bumped = np.linalg.norm(p_m - target_m, axis=1) > _MISS_M
+        return Drive(np.concatenate([p_m, yaw_rad[:, None]], axis=1), bumped)
+
+    def lidar(self, poses: Float[np.ndarray, "robots 3"]) -> Float[np.ndarray, "robots rays"]:
+        """Free distance from each robot's hull along its rays, counter-clockwise from ahead, m.
+
+        Sees walls, obstacles and other robots, up to ``lidar_range_m``.
+        """
+        reach_m, start_m = self._cfg.lidar_range_m, self._cfg.robot_radius_m + 1e-3
+        rays = se2.rotate(poses[:, None, 2], self._rays[None])
+        origin_m = poses[:, None, :2]
+        begin, end = origin_m + start_m * rays, origin_m + (start_m + reach_m) * rays
+        cast, seen = self._space.segment_query_first, self._lidar_filter
+        pairs = np.concatenate([begin, end], axis=-1).reshape(-1, 4).tolist()
+        hits = (cast((ax, ay), (bx, by), 0.0, seen) for ax, ay, bx, by in pairs)
+        free = np.array([1.0 if hit is None else hit.alpha for hit in hits])
+        return reach_m * free.reshape(len(poses), N_LIDAR_RAYS)

@@ -1,0 +1,159 @@
+"""What robots measure of the world with sensors other than radio (paper Eq. 2)."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from wifipgo import se2, segments
+from wifipgo.errors import require
+
+_LEAST_SIGMA = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensingConfig:
+    """Noise and range of odometry and relative poses.
+
+    Noise and the range of 2.2 are the paper's (Secs. 7.1.2, 7.2.1). That a robot also
+    measures its pose relative to places it passed before is Eq. 2's remark on landmarks;
+    how long before (``revisit_gap``) is ours.
+
+    Attributes:
+        noise_scale: One factor per robot on both sigmas, or empty for all 1.
+        outlier_share: Share of relative poses between robots that are outliers.
+        outlier_min_sigma, outlier_max_sigma: Size of an outlier's error in every component (paper Sec. 7.3).
+    """
+
+    sigma_t_m: float = 0.1
+    sigma_r_rad: float = float(np.deg2rad(3.0))
+    noise_scale: tuple[float, ...] = ()
+    sensor_range_m: float = 2.2
+    revisit_gap: int = 3
+    outlier_share: float = 0.0
+    outlier_min_sigma: float = 2.0
+    outlier_max_sigma: float = 3.0
+
+    def __post_init__(self) -> None:
+        """Reject values that cannot mean anything."""
+        for name in ("sigma_t_m", "sigma_r_rad", "sensor_range_m"):
+            require(getattr(self, name) >= 0.0, f"SensingConfig.{name}", ">= 0", getattr(self, name))
+        require(self.revisit_gap >= 2, "SensingConfig.revisit_gap", ">= 2", self.revisit_gap)
+        require(
+            0.0 <= self.outlier_share <= 1.0, "SensingConfig.outlier_share", "in 0..1", self.outlier_share
+        )
+        spread = (self.outlier_min_sigma, self.outlier_max_sigma)
+        require(
+            0.0 <= spread[0] <= spread[1], "SensingConfig.outlier_max_sigma", ">= outlier_min_sigma", spread
+        )
+        for scale in self.noise_scale:
+            require(scale >= 0.0, "SensingConfig.noise_scale", "all >= 0", self.noise_scale)
+
+    def sigmas(self, n_robots: int) -> Float[np.ndarray, "robots 2"]:
+        """Standard deviations ``(sigma_t_m, sigma_r_rad)`` of each robot's measurements."""
+        scale = np.array(self.noise_scale) if self.noise_scale else np.ones(n_robots)
+        require(
+            len(scale) == n_robots, "SensingConfig.noise_scale", f"empty or {n_robots} long", self.noise_scale
+        )
+        return scale[:, None] * np.array([self.sigma_t_m, self.sigma_r_rad])
+
+    def stated_sigmas(self, n_robots: int) -> Float[np.ndarray, "robots 2"]:
+        """What robots take the standard deviations to be; a noise-free sensor still has a finite weight."""
+        return np.maximum(self.sigmas(n_robots), _LEAST_SIGMA)
+
+
+class RelativePoses(NamedTuple):
+    """Relative poses measured at one iteration: ``z = T_tail_head``; an index is (robot, iteration)."""
+
+    tail: Int[np.ndarray, "edges 2"]
+    head: Int[np.ndarray, "edges 2"]
+    z: Float[np.ndarray, "edges 3"]
+    sigma: Float[np.ndarray, "edges 2"]
+    is_outlier: Bool[np.ndarray, " edges"]
+
+
+def noisy(
+    z: Float[np.ndarray, "... 3"], sigma: Float[np.ndarray, "... 2"], unit: Float[np.ndarray, "... 3"]
+) -> Float[np.ndarray, "... 3"]:
+    """Eq. 2: ``p + p_eps`` and ``R R_eps``, with the noise given in units of sigma."""
+    noise = unit * np.stack([sigma[..., 0], sigma[..., 0], sigma[..., 1]], axis=-1)
+    yaw_rad = se2.wrap_angle(z[..., 2] + noise[..., 2])
+    return np.concatenate([z[..., :2] + noise[..., :2], yaw_rad[..., None]], axis=-1)
+
+
+def odometry(
+    before: Float[np.ndarray, "robots 3"],
+    after: Float[np.ndarray, "robots 3"],
+    *,
+    cfg: SensingConfig,
+    rng: np.random.Generator,
+) -> Float[np.ndarray, "robots 3"]:
+    """Each robot's measured motion ``T_before_after`` over one iteration, drive and turn together."""
+    unit = rng.standard_normal((len(before), 3))
+    return noisy(se2.between(before, after), cfg.sigmas(len(before)), unit)
+
+
+def robots_in_view(
+    poses: Float[np.ndarray, "robots 3"], faces_m: Float[np.ndarray, "faces 2 2"], *, range_m: float
+) -> Bool[np.ndarray, "robots robots"]:
+    """Who sees whom: within range, nothing in between, not oneself."""
+    p_m = poses[:, :2]
+    gap_m = np.linalg.norm(p_m[:, None] - p_m[None], axis=-1)
+    seen = (gap_m <= range_m) & ~np.eye(len(p_m), dtype=bool)
+    if len(faces_m) and seen.any():
+        i, j = np.nonzero(seen)
+        seen[i, j] = segments.in_sight(p_m[i], p_m[j], faces_m)
+    return seen
+
+
+def _unit_noise(i: np.ndarray, j: np.ndarray, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Noise for edges (i, j), drawn for all pairs so that the stream does not depend on who met."""
+    return rng.standard_normal((n, n, 3))[i, j]
+
+
+def observe_robots(
+    poses: Float[np.ndarray, "robots 3"],
+    t: int,
+    seen: Bool[np.ndarray, "robots robots"],
+    *,
+    cfg: SensingConfig,
+    rng: np.random.Generator,
+    outlier_rng: np.random.Generator,
+) -> RelativePoses:
+    """Relative poses between robots in view of each other, some of them outliers.
+
+    An outlier's error is between ``outlier_min_sigma`` and ``outlier_max_sigma`` with a random
+    sign in every component (paper Sec. 7.3) in place of the Gaussian one.
+    """
+    n = len(poses)
+    i, j = np.nonzero(seen)
+    unit = _unit_noise(i, j, n, rng)
+    is_outlier = (outlier_rng.random((n, n)) < cfg.outlier_share)[i, j]
+    size = outlier_rng.uniform(cfg.outlier_min_sigma, cfg.outlier_max_sigma, (n, n, 3))
+    gross = (size * outlier_rng.choice([-1.0, 1.0], (n, n, 3)))[i, j]
+    z = noisy(se2.between(poses[i], poses[j]), cfg.sigmas(n)[i], np.where(is_outlier[:, None], gross, unit))
+    now = np.full_like(i, t)
+    return RelativePoses(np.stack([i, now], 1), np.stack([j, now], 1), z, cfg.stated_sigmas(n)[i], is_outlier)
+
+
+def observe_own_places(
+    history: Float[np.ndarray, "robots times 3"],
+    faces_m: Float[np.ndarray, "faces 2 2"],
+    *,
+    cfg: SensingConfig,
+    rng: np.random.Generator,
+) -> RelativePoses:
+    """Each robot's pose relative to the nearest place in view that it passed at least ``revisit_gap`` ago."""
+    n, n_times = history.shape[:2]
+    t, unit = n_times - 1, rng.standard_normal((n, 3))
+    now = history[:, -1]
+    gap_m = np.linalg.norm(history[:, : max(t - cfg.revisit_gap + 1, 0), :2] - now[:, None, :2], axis=-1)
+    near = gap_m.argmin(axis=1) if gap_m.shape[1] else np.zeros(n, dtype=int)
+    robot = np.nonzero(gap_m.min(axis=1, initial=np.inf) <= cfg.sensor_range_m)[0]
+    old = history[robot, near[robot]]
+    clear = segments.in_sight(now[robot, :2], old[:, :2], faces_m)
+    robot, old = robot[clear], old[clear]
+    tail, head = np.stack([robot, np.full_like(robot, t)], 1), np.stack([robot, near[robot]], 1)
+    z = noisy(se2.between(now[robot], old), cfg.sigmas(n)[robot], unit[robot])
+    return RelativePoses(tail, head, z, cfg.stated_sigmas(n)[robot], np.zeros(len(robot), dtype=bool))
