@@ -67,7 +67,8 @@ class Scenario:
         owners = field_owners()
         nested: dict[str, dict[str, Any]] = {}
         for name, value in overrides.items():
-            nested.setdefault(pick(owners, name, "scenario field"), {})[name] = _fitting(self, name, value)
+            part = pick(owners, name, "scenario field")
+            nested.setdefault(part, {})[name] = _fitting(getattr(self, part) if part else self, name, value)
         parts = {part: replace(getattr(self, part), **new) for part, new in nested.items() if part}
         return replace(self, **parts, **nested.get("", {}))
 
@@ -83,10 +84,9 @@ def field_owners() -> dict[str, str]:
     return own | {f.name: part for part, cls in _PARTS.items() for f in fields(cls)}
 
 
-def _fitting(scenario: Scenario, name: str, value: Any) -> Any:
+def _fitting(part: Any, name: str, value: Any) -> Any:
     """Take an int where a float stands and a list where a tuple does; refuse other types."""
-    owner = field_owners()[name]
-    now = getattr(getattr(scenario, owner) if owner else scenario, name)
+    now = getattr(part, name)
     if isinstance(now, float) and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
     if isinstance(now, tuple) and isinstance(value, list):

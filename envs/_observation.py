@@ -1,0 +1,176 @@
+"""What a robot observes: names, indices, units and bounds, and the numbers themselves.
+
+Everything comes from a `Belief`, which holds no truth. One table is the layout, the
+space and the documentation at once.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from gymnasium import spaces
+from jaxtyping import Float
+
+from wifipgo.rendezvous import NOBODY
+from wifipgo.scenarios import Scenario
+from wifipgo.state import Belief
+from wifipgo.world.arena import N_LIDAR_RAYS
+
+N_BINS = 72
+# A share that can grow without bound is cut here.
+_CEILING = 10.0
+_ESNR_DB = (-30.0, 60.0)
+_TOP_RATE_MBIT_S = 65.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Field:
+    """One named block of the flat observation.
+
+    Attributes:
+        name: ``own/...``, ``lidar`` or ``slot<k>/...``.
+        start: Index of its first number.
+        size: How many numbers.
+        low, high: Bounds.
+        unit: What one unit is.
+        meaning: In words.
+    """
+
+    name: str
+    start: int
+    size: int
+    low: float
+    high: float
+    unit: str
+    meaning: str
+
+    @property
+    def where(self) -> slice:
+        """Indices of the block."""
+        return slice(self.start, self.start + self.size)
+
+
+# name, size, low, high, unit, meaning
+_Row = tuple[str, int, float, float, str, str]
+_OWN: tuple[_Row, ...] = (
+    ("err", 1, 0.0, _CEILING, "err_threshold", "own Err_i (Eq. 4)"),
+    ("since_met", 1, 0.0, 1.0, "n_steps", "iterations since the last rendezvous"),
+    ("heading", 2, -1.0, 1.0, "cos, sin", "own estimated heading in the world"),
+    ("position", 2, -1.0, 2.0, "size_m", "own estimated position in the world"),
+    ("calling", 1, 0.0, 1.0, "0 or 1", "a call of one's own is up"),
+    ("called", 1, 0.0, 1.0, "0 or 1", "somebody in a slot calls"),
+)
+_SLOT: tuple[_Row, ...] = (
+    ("present", 1, 0.0, 1.0, "0 or 1", "a robot is in this slot; if not, the rest of the slot is 0"),
+    ("esnr", 1, -1.0, 2.0, "30 dB", "effective SNR of the link"),
+    ("rate", 1, 0.0, 1.0, "65 Mb/s", "rate of the link, rho_ij"),
+    ("discrepancy", 1, 0.0, _CEILING, "1", "service discrepancy w_ij (Eq. 1) at the caller's current demand"),
+    ("err", 1, 0.0, _CEILING, "err_threshold", "the neighbour's Err_j, sent with its ping"),
+    ("calls_me", 1, 0.0, 1.0, "0 or 1", "the neighbour calls this robot"),
+    ("i_call", 1, 0.0, 1.0, "0 or 1", "this robot calls the neighbour"),
+    ("observed", 1, 0.0, _CEILING, "kappa", "relative poses of each other since the pair last met"),
+    (
+        "profile",
+        N_BINS,
+        0.0,
+        1.0,
+        "share of power",
+        "AOA profile (Eq. 5, normalised) from the back, body frame",
+    ),
+)
+
+
+def layout(scenario: Scenario) -> tuple[Field, ...]:
+    """Blocks of the flat observation, in order."""
+    lidar: _Row = (
+        "lidar",
+        N_LIDAR_RAYS,
+        0.0,
+        1.0,
+        "lidar_range_m",
+        "free distance, counter-clockwise from ahead",
+    )
+    rows = [(f"own/{row[0]}", *row[1:]) for row in _OWN] + [lidar]
+    rows += [(f"slot{k}/{row[0]}", *row[1:]) for k in range(scenario.n_slots) for row in _SLOT]
+    starts = np.cumsum([0] + [row[1] for row in rows]).tolist()
+    return tuple(
+        Field(name=name, start=start, size=size, low=low, high=high, unit=unit, meaning=meaning)
+        for start, (name, size, low, high, unit, meaning) in zip(starts[:-1], rows, strict=True)
+    )
+
+
+def flat_space(fields: tuple[Field, ...]) -> spaces.Box:
+    """Box of the flat observation."""
+    low = np.concatenate([np.full(f.size, f.low, np.float32) for f in fields])
+    high = np.concatenate([np.full(f.size, f.high, np.float32) for f in fields])
+    return spaces.Box(low, high, dtype=np.float32)
+
+
+def dict_space(fields: tuple[Field, ...]) -> spaces.Dict:
+    """The same blocks by name."""
+    return spaces.Dict({f.name: spaces.Box(f.low, f.high, (f.size,), np.float32) for f in fields})
+
+
+def by_name(
+    row: Float[np.ndarray, " numbers"], fields: tuple[Field, ...]
+) -> Mapping[str, Float[np.ndarray, " size"]]:
+    """Cut a flat observation into its blocks."""
+    return {f.name: row[f.where] for f in fields}
+
+
+def bin_azimuths() -> Float[np.ndarray, " bins"]:
+    """Direction at the middle of each profile bin, body frame, rad."""
+    return -np.pi + 2.0 * np.pi / N_BINS * (np.arange(N_BINS) + 0.5)
+
+
+def observe(belief: Belief, scenario: Scenario) -> Float[np.ndarray, "robots numbers"]:
+    """Flat observations of all robots, float32, one row each, within the bounds of `layout`."""
+    n = scenario.n_robots
+    own = _own(belief, scenario)
+    lidar = belief.lidar_m / scenario.arena.lidar_range_m
+    slots = _slots(belief, scenario).reshape(n, -1)
+    return np.concatenate([own, lidar, slots], axis=1, dtype=np.float32, casting="same_kind")
+
+
+def _share(value: np.ndarray) -> np.ndarray:
+    return np.clip(value, 0.0, _CEILING)
+
+
+def _own(belief: Belief, scenario: Scenario) -> np.ndarray:
+    """Columns of `_OWN`."""
+    n, pose = scenario.n_robots, belief.estimate[:, -1]
+    position = np.clip(pose[:, :2] / scenario.arena.size_m, -1.0, 2.0)
+    called = np.zeros(n)
+    called[belief.calls.callee[belief.calls.callee != NOBODY]] = 1.0
+    return np.column_stack(
+        [
+            _share(belief.err / scenario.rendezvous.err_threshold),
+            np.minimum((belief.t - belief.last_met) / scenario.n_steps, 1.0),
+            np.cos(pose[:, 2]),
+            np.sin(pose[:, 2]),
+            position,
+            belief.calls.callee != NOBODY,
+            called,
+        ]
+    )
+
+
+def _slots(belief: Belief, scenario: Scenario) -> np.ndarray:
+    """Columns of `_SLOT`, (robots, slots, numbers)."""
+    partner = belief.slots
+    here = partner != NOBODY
+    robot = np.arange(len(partner))[:, None]
+    low, high = (limit / 30.0 for limit in _ESNR_DB)
+    numbers = [
+        np.ones_like(partner),
+        np.clip(belief.esnr_db[robot, partner] / 30.0, low, high),
+        belief.rate_mbit_s[robot, partner] / _TOP_RATE_MBIT_S,
+        _share(belief.discrepancy[robot, partner]),
+        _share(belief.err[partner] / scenario.rendezvous.err_threshold),
+        belief.calls.callee[partner] == robot,
+        belief.calls.callee[robot] == partner,
+        _share(belief.observed[robot, partner] / scenario.rendezvous.kappa),
+    ]
+    bins = belief.profile.reshape(*partner.shape, N_BINS, -1).max(axis=-1)
+    block = np.concatenate([np.stack(np.broadcast_arrays(*numbers), axis=-1), bins], axis=-1)
+    return np.where(here[..., None], block, 0.0).clip(None, np.maximum(_CEILING, 2.0))

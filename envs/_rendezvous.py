@@ -1,0 +1,206 @@
+"""The ParallelEnv: dicts and arrays, the clock, the agents. Everything else is below."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.utils import EzPickle
+from pettingzoo import ParallelEnv
+
+from envs import _observation
+from envs._reward import REWARDS
+from wifipgo.chance import Streams
+from wifipgo.errors import pick, require
+from wifipgo.graph import ate_rot, ate_trans
+from wifipgo.loop import advance, start
+from wifipgo.scenarios import Scenario, scenario_named
+from wifipgo.state import Commands, Tick, World
+
+OBSERVATIONS: Mapping[str, str] = {"flat": "one Box", "dict": "the same blocks by name"}
+# Fields that decide the spaces or the length of an episode: fixed when an environment is made.
+_FIXED = ("n_robots", "n_slots", "n_steps", "n_azimuths", "max_measurements")
+# PettingZoo's own conformance test resets with ``options={"options": 1}``.
+_IGNORED_OPTIONS = ("options",)
+
+
+class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
+    """Robots explore, lose their way, call each other over Wi-Fi and meet.
+
+    Args:
+        scenario: Name in `wifipgo.scenarios.SCENARIOS`, or a `Scenario`.
+        observation: "flat" (one Box) or "dict" (the same blocks by name).
+        reward: Name in `envs.rendezvous_v0.REWARDS`.
+        render_mode: None; there is no picture to render yet.
+        overrides: Any field of the scenario, e.g. ``n_obstacles=4``.
+
+    Raises:
+        ValueError: An unknown scenario, field, observation, reward or render mode; lists what exists.
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012 (gymnasium's convention)
+        "name": "rendezvous_v0",
+        "render_modes": [],
+        "is_parallelizable": True,
+        "render_fps": 5,
+    }
+
+    def __init__(
+        self,
+        scenario: str | Scenario = "paper-hw-2",
+        *,
+        observation: str = "flat",
+        reward: str = "error",
+        render_mode: str | None = None,
+        **overrides: Any,
+    ) -> None:
+        """Check the arguments and build the spaces."""
+        EzPickle.__init__(
+            self, scenario, observation=observation, reward=reward, render_mode=render_mode, **overrides
+        )
+        pick(OBSERVATIONS, observation, "observation")
+        require(render_mode is None, "render_mode", "None (nothing to render yet)", render_mode)
+        base = scenario if isinstance(scenario, Scenario) else scenario_named(scenario)
+        self.base_scenario = self.scenario = base.with_overrides(**overrides)
+        self.render_mode = render_mode
+        self.layout = _observation.layout(self.scenario)
+        self.possible_agents = [f"robot_{i}" for i in range(self.scenario.n_robots)]
+        self.agents: list[str] = []
+        self._as_dict, self._reward = observation == "dict", pick(REWARDS, reward, "reward")
+        make = _observation.dict_space if self._as_dict else _observation.flat_space
+        self.observation_spaces = {a: make(self.layout) for a in self.possible_agents}
+        self.action_spaces = {a: spaces.Box(-1.0, 1.0, (3,), np.float32) for a in self.possible_agents}
+        n_state = self.scenario.n_robots * 7 + self.scenario.n_robots**2
+        self.state_space = spaces.Box(-np.inf, np.inf, (n_state,), np.float32)
+        self._entropy: int | None = None
+        self._episode = 0
+        self._tick: Tick | None = None
+
+    def observation_space(self, agent: str) -> spaces.Space[Any]:
+        """The same object for an agent each time."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> spaces.Space[Any]:
+        """Waypoint in the body frame, in step lengths, and a request: > 0 calls a neighbour."""
+        return self.action_spaces[agent]
+
+    @property
+    def tick(self) -> Tick:
+        """State of the episode, truth included: for evaluation and pictures, never for policies."""
+        if self._tick is None:
+            raise RuntimeError("reset() must be called before the episode is looked at or stepped")
+        return self._tick
+
+    @property
+    def world(self) -> World:
+        """Room and obstacles of the episode, for evaluation and pictures."""
+        self.tick  # noqa: B018 (raises before the first reset)
+        return self._world
+
+    def reset(
+        self, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+        """Start an episode; a seed starts its sequence of episodes anew.
+
+        Args:
+            seed: Root of all chance. Without one the next episode of the sequence follows.
+            options: Scenario fields for this episode on, e.g. ``{"n_obstacles": 4}``.
+
+        Raises:
+            ValueError: An option that does not exist or that would change the spaces.
+        """
+        if seed is not None or self._entropy is None:
+            root = np.random.SeedSequence(seed).entropy
+            self._entropy, self._episode = root if isinstance(root, int) else 0, 0
+        else:
+            self._episode += 1
+        changes = {k: v for k, v in (options or {}).items() if k not in _IGNORED_OPTIONS}
+        for name in changes:
+            require(name not in _FIXED, f"options[{name!r}]", "set when the environment is made", name)
+        self.scenario = self.base_scenario.with_overrides(**changes)
+        self._streams = Streams.for_episode(self._entropy, self._episode)
+        self._world, self._tick = start(self.scenario, self._streams)
+        self.agents = list(self.possible_agents)
+        return self._observations(), self._infos()
+
+    def step(
+        self, actions: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
+        """Advance every robot by one iteration of the paper's loop.
+
+        Raises:
+            ValueError: An action is missing, for an unknown agent, of another shape or not finite.
+            RuntimeError: Before the first reset or after the end.
+        """
+        tick = self.tick
+        if not self.agents:
+            raise RuntimeError("the episode is over: call reset() before step()")
+        commands = _commands(actions, self.agents)
+        self._tick = advance(tick, commands, world=self._world, scenario=self.scenario, streams=self._streams)
+        belief, agents = self._tick.belief, self.agents
+        full = self.scenario.max_measurements
+        done = bool(full) and int(belief.edges.between_robots.sum()) >= full
+        late = belief.t >= self.scenario.n_steps
+        out = (
+            self._observations(),
+            dict(zip(agents, self._reward(belief, self.scenario).tolist(), strict=True)),
+            dict.fromkeys(agents, done),
+            dict.fromkeys(agents, late and not done),
+            self._infos(),
+        )
+        self.agents = [] if done or late else agents
+        return out
+
+    def state(self) -> np.ndarray:
+        """True pose, estimated pose and Err of every robot, then all link rates: for a centralised critic."""
+        truth, belief = self.tick.truth, self.tick.belief
+        own = np.concatenate([truth.poses[:, -1], belief.estimate[:, -1], belief.err[:, None]], axis=1)
+        return np.concatenate(
+            [own.ravel(), belief.rate_mbit_s.ravel()], dtype=np.float32, casting="same_kind"
+        )
+
+    def render(self) -> None:
+        """Nothing to render yet."""
+        return
+
+    def close(self) -> None:
+        """Nothing to release: the world goes with the object."""
+
+    def _observations(self) -> dict[str, Any]:
+        rows = _observation.observe(self.tick.belief, self.scenario)
+        if self._as_dict:
+            return {a: _observation.by_name(r, self.layout) for a, r in zip(self.agents, rows, strict=True)}
+        return dict(zip(self.agents, rows, strict=True))
+
+    def _infos(self) -> dict[str, dict[str, Any]]:
+        """Metrics of each robot; those that end in ``_truth`` read what robots cannot know."""
+        truth, belief = self.tick.truth, self.tick.belief
+        met = [next((group for group in belief.met if i in group), ()) for i in range(len(belief.err))]
+        columns = {
+            "err": belief.err.tolist(),
+            "met": met,
+            "ate_trans_truth": ate_trans(belief.estimate, truth.poses).tolist(),
+            "ate_rot_truth": ate_rot(belief.estimate, truth.poses).tolist(),
+            "bumps_truth": truth.bumps.tolist(),
+            "distance_m_truth": truth.distance_m.tolist(),
+        }
+        rows = zip(*columns.values(), strict=True)
+        return {
+            a: dict(zip(columns, row, strict=True)) for a, row in zip(self.possible_agents, rows, strict=True)
+        }
+
+
+def _commands(actions: Mapping[str, Any], agents: list[str]) -> Commands:
+    """Check actions and stack them; a waypoint or request outside [-1, 1] is clipped."""
+    for name in actions:
+        require(name in agents, f"actions[{name!r}]", f"for one of {agents}", name)
+    rows = np.zeros((len(agents), 3))
+    for i, agent in enumerate(agents):
+        if agent not in actions:
+            raise ValueError(f"actions[{agent!r}] must be given: one action for each live agent")
+        row = np.asarray(actions[agent], dtype=np.float64)
+        require(row.shape == (3,), f"actions[{agent!r}]", "of shape (3,)", row.shape)
+        require(bool(np.isfinite(row).all()), f"actions[{agent!r}]", "finite", row.tolist())
+        rows[i] = row
+    rows = np.clip(rows, -1.0, 1.0)
+    return Commands(rows[:, :2], rows[:, 2] > 0.0)

@@ -1,0 +1,38 @@
+"""Public module of the environment, by PettingZoo's custom: ``parallel_env``, ``env``, ``raw_env``."""
+
+from typing import Any
+
+from pettingzoo import AECEnv
+from pettingzoo.utils import wrappers
+from pettingzoo.utils.conversions import parallel_to_aec
+
+from envs._observation import N_BINS, Field, bin_azimuths, by_name, layout
+from envs._rendezvous import OBSERVATIONS, RendezvousEnv
+from envs._reward import REWARDS
+
+parallel_env = RendezvousEnv
+
+
+def raw_env(**kwargs: Any) -> AECEnv[str, Any, Any]:
+    """The environment through the AEC interface, without checks; arguments of `parallel_env`."""
+    return parallel_to_aec(parallel_env(**kwargs))
+
+
+def env(**kwargs: Any) -> AECEnv[str, Any, Any]:
+    """The environment through the AEC interface, with PettingZoo's checks."""
+    return wrappers.OrderEnforcingWrapper(wrappers.AssertOutOfBoundsWrapper(raw_env(**kwargs)))
+
+
+__all__ = [
+    "N_BINS",
+    "OBSERVATIONS",
+    "REWARDS",
+    "Field",
+    "RendezvousEnv",
+    "bin_azimuths",
+    "by_name",
+    "env",
+    "layout",
+    "parallel_env",
+    "raw_env",
+]
