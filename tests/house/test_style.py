@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import pytest
-from project_files import FLOORS, ROOT, nodes, python_files, syntax
+from house.project_files import FLOORS, ROOT, nodes, python_files, syntax
 
 SHIPPED = (*FLOORS, "benchmarks", "examples")
 ALL = (*SHIPPED, "tests")
@@ -18,7 +18,7 @@ NAMELESS_ANGLES = {"theta", "phi", "thetas", "phis"}
 SEEDED = {"Generator", "BitGenerator", "PCG64", "Philox", "SeedSequence", "default_rng"}
 # Absolute paths of a machine, and settings or hosts of a package index.
 MACHINE = re.compile(r"(?<![\w.~-])/(?:work|home|root|Users|opt)\b(?!-)")
-INDEX = re.compile(r"\bpy(?:pi|thonhosted)\.(?:org|io)\b|--(?:extra-)?index-url\b|--find-links\b")
+INDEX = re.compile(r"\bpy(?:pi|thonhosted)\.(?:org|io)\b|--(?:(?:extra-)?index-url|find-links)\b")
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 Documented = Function | ast.ClassDef
