@@ -1,0 +1,41 @@
+"""Observations of a team as arrays by name: what every policy, scripted or learned, starts from."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from envs.rendezvous_v0 import Field
+
+
+class View(NamedTuple):
+    """Flat observations of all live agents, one row each, and their layout."""
+
+    rows: Float[np.ndarray, "robots numbers"]
+    fields: Mapping[str, Field]
+
+    @classmethod
+    def of(
+        cls, observations: Mapping[str, Float[np.ndarray, " numbers"]], fields: Mapping[str, Field]
+    ) -> "View":
+        """Stack the observations of one step."""
+        return cls(np.stack(list(observations.values())), fields)
+
+    def own(self, name: str) -> Float[np.ndarray, "robots size"]:
+        """A block of the robots themselves, e.g. ``err`` or ``heading``."""
+        return self.rows[:, self.fields[f"own/{name}"].where]
+
+    @property
+    def lidar(self) -> Float[np.ndarray, "robots rays"]:
+        """Free distance in lidar ranges, counter-clockwise from ahead."""
+        return self.rows[:, self.fields["lidar"].where]
+
+    def slot(self, name: str) -> Float[np.ndarray, "robots slots size"]:
+        """A block of every slot, e.g. ``calls_me`` or ``profile``."""
+        blocks = [
+            self.rows[:, f.where]
+            for key, f in self.fields.items()
+            if key.endswith(f"/{name}") and "slot" in key
+        ]
+        return np.stack(blocks, axis=1)
