@@ -21,12 +21,23 @@ def straight(steps_m: list[float], robot: int = 0, sigma: tuple[float, float] = 
 
 
 def one(
-    tail: tuple[int, int], head: tuple[int, int], x_m: float, sigma: tuple[float, float], **more: float
+    tail: tuple[int, int],
+    head: tuple[int, int],
+    x_m: float,
+    sigma: tuple[float, float],
+    *,
+    weight: float = 1.0,
+    told_x_m: float = 0.0,
 ) -> Edges:
     """One measurement of something straight ahead."""
-    ends = {"tail": np.array([tail]), "head": np.array([head])}
-    z, told = np.array([[x_m, 0.0, 0.0]]), np.array([[more.pop("told_x_m", 0.0), 0.0, 0.0]])
-    return Edges.measured(**ends, z=z, told=told, sigma=sigma, **more)
+    return Edges.measured(
+        tail=np.array([tail]),
+        head=np.array([head]),
+        z=np.array([[x_m, 0.0, 0.0]]),
+        sigma=sigma,
+        weight=weight,
+        told=np.array([[told_x_m, 0.0, 0.0]]),
+    )
 
 
 def simulated(noise: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray, Edges]:

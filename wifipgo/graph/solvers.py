@@ -15,6 +15,8 @@ from wifipgo.graph.posegraph import Edges, select
 # What an edge to a robot outside the solve does: whether it holds its tail to the pose that was told.
 THIRD_PARTY: Mapping[str, bool] = MappingProxyType({"fixed_told": True, "ignore": False})
 ANCHOR_SIGMA = 1e-5  # of first poses, m and rad: far below any sensor, and 1 / sigma^2 still well conditioned
+TOLD_SIGMA = (0.6, 0.2)  # m, rad: least error over random walks of 4 and 10 robots, of 0.001 to 1.5 m
+TOLERANCE = 1e-8  # on the relative and absolute fall of the error: poses within about 0.1 mm of the optimum
 
 
 class Report(NamedTuple):
@@ -33,7 +35,7 @@ def solve(
     *,
     robots: Sequence[int],
     third_party: str = "fixed_told",
-    told_sigma: Float[np.ndarray, "#edges 2"] | tuple[float, float] = (0.1, 0.05),
+    told_sigma: Float[np.ndarray, "#edges 2"] | tuple[float, float] = TOLD_SIGMA,
 ) -> tuple[Float[np.ndarray, "robots times 3"], Report]:
     """Poses of some robots that make their shared measurements most likely (paper Eq. 3).
 
@@ -87,10 +89,10 @@ def _split(
     edges: Edges, first_key: Int[np.ndarray, " robots"], *, told: bool
 ) -> tuple[Int[np.ndarray, " inner"], Int[np.ndarray, " outer"]]:
     """Rows between participants, and rows to outsiders (none unless ``told``), sorted by tail and head."""
-    order = np.lexsort((*edges.head.T[::-1], *edges.tail.T[::-1]))
-    ours = (first_key[edges.tail[order, 0]] >= 0) & (edges.weight[order] > 0.0)
-    inside = first_key[edges.head[order, 0]] >= 0
-    return order[ours & inside], order[ours & ~inside & told]
+    ours = np.flatnonzero((first_key[edges.tail[:, 0]] >= 0) & (edges.weight > 0.0))
+    ours = ours[np.lexsort((*edges.head[ours].T[::-1], *edges.tail[ours].T[::-1]))]
+    inside = first_key[edges.head[ours, 0]] >= 0
+    return ours[inside], ours[~inside & told]
 
 
 def _add_anchors(graph: gtsam.NonlinearFactorGraph, start: Float[np.ndarray, "poses 3"], times: int) -> None:
@@ -130,10 +132,17 @@ def _add_told(
     tail = first_key[edges.tail[:, 0]] + edges.tail[:, 1]
     T_world_tail = se2.compose(edges.told, se2.inverse(edges.z))
     variance = (edges.sigma**2 / edges.weight[:, None] + told_sigma**2)[:, [0, 0, 1]]
-    for i, pose, z, v in zip(tail.tolist(), T_world_tail.tolist(), edges.z.tolist(), variance, strict=True):
-        adjoint = gtsam.Pose2(*z).AdjointMap()
-        noise = gtsam.noiseModel.Gaussian.Covariance(adjoint * v @ adjoint.T)
-        graph.addPriorPose2(i, gtsam.Pose2(*pose), noise)
+    adjoint = _adjoint(edges.z)
+    covariance = np.einsum("eij,ej,ekj->eik", adjoint, variance, adjoint)
+    for i, pose, cov in zip(tail.tolist(), T_world_tail.tolist(), covariance, strict=True):
+        graph.addPriorPose2(i, gtsam.Pose2(*pose), gtsam.noiseModel.Gaussian.Covariance(cov))
+
+
+def _adjoint(T_a_b: Float[np.ndarray, "edges 3"]) -> Float[np.ndarray, "edges 3 3"]:
+    """Ad_T: small motions ``(x, y, yaw)`` of b, seen in b, to the same motions seen in a."""
+    x, y, yaw = T_a_b.T
+    c, s, zero, one = np.cos(yaw), np.sin(yaw), np.zeros_like(x), np.ones_like(x)
+    return np.stack([c, -s, y, s, c, -x, zero, zero, one], axis=-1).reshape(-1, 3, 3)
 
 
 def _optimise(
@@ -143,7 +152,11 @@ def _optimise(
     values = gtsam.Values()
     for key, pose in enumerate(start.tolist()):
         values.insert(key, gtsam.Pose2(*pose))
-    optimiser = gtsam.LevenbergMarquardtOptimizer(graph, values, gtsam.LevenbergMarquardtParams())
+    params = gtsam.LevenbergMarquardtParams()
+    params.setRelativeErrorTol(TOLERANCE)
+    params.setAbsoluteErrorTol(TOLERANCE)
+    params.setLinearSolverType("SEQUENTIAL_CHOLESKY")  # faster than multifrontal on pairs, no slower on teams
+    optimiser = gtsam.LevenbergMarquardtOptimizer(graph, values, params)
     before = optimiser.error()
     solution = gtsam.utilities.extractPose2(optimiser.optimize())
     return solution, optimiser.iterations(), before, optimiser.error()
