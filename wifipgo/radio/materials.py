@@ -51,12 +51,12 @@ class Slab:
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
         pick(MATERIALS, self.material, "material")
-        require(0.0 < self.thickness_m < np.inf, "Slab.thickness_m", "> 0 and finite", self.thickness_m)
+        require(bool(0.0 < self.thickness_m < np.inf), "Slab.thickness_m", "> 0 and finite", self.thickness_m)
 
 
 def relative_permittivity(material: Material, carrier_hz: float) -> complex:
     """Complex relative permittivity ``a g^b - j sigma / (2 pi f eps0)`` (ITU-R P.2040-3)."""
-    require(0.0 < carrier_hz < np.inf, "carrier_hz", "> 0 and finite", carrier_hz)
+    require(bool(0.0 < carrier_hz < np.inf), "carrier_hz", "> 0 and finite", carrier_hz)
     g = carrier_hz / 1e9
     conductivity_s_m = material.c * g**material.d
     return complex(

@@ -110,7 +110,7 @@ def _check_links(ends: Float[np.ndarray, "2 3 links"]) -> None:
 
 def _rays(
     ends: Float[np.ndarray, "2 3 links"],
-    height_m: Float[np.ndarray, "2 faces+1 links"],
+    height_m: Float[np.ndarray, "2 lines links"],
     surfaces: Surfaces,
     *,
     max_order: int,
@@ -154,7 +154,7 @@ def _reflection(rays: _Rays, surfaces: Surfaces, carrier_hz: float) -> Complex[n
 def _crossed(
     rays: _Rays,
     ends: Float[np.ndarray, "2 3 links"],
-    height_m: Float[np.ndarray, "2 faces+1 links"],
+    height_m: Float[np.ndarray, "2 lines links"],
     surfaces: Surfaces,
 ) -> Bool[np.ndarray, "2 rays obstacle_faces"]:
     """Which obstacle faces lie across the way of each ray from either end to the hit.
@@ -206,7 +206,7 @@ def _padded(rays: _Rays, gain: Complex[np.ndarray, " rays"], *, n_links: int) ->
         out[place] = values.take(kept)
         return out.reshape(n_links, n_paths)
 
-    azimuth_rad = np.arctan2(rays.to_image_m[:, 1], rays.to_image_m[:, 0])
+    azimuth_rad = np.arctan2(rays.to_image_m[:, 1] + 0.0, rays.to_image_m[:, 0])  # -0.0 would give -pi
     return Paths(
         gain=rows(gain),
         delay_s=rows(rays.length_m / SPEED_OF_LIGHT_M_S),

@@ -16,9 +16,9 @@ class Surfaces:
     """Faces of a room and its obstacles, with what every call needs worked out once.
 
     For each face, a point has a position along it and a height over its front side. Both are
-    affine, so one matrix product gives them for all faces and points. The derived arrays have
-    one entry more than there are faces, the first: the line of sight, a face without end and
-    without normal, 1 m below every point.
+    affine, so one matrix product gives them for all faces and points. The derived arrays
+    are about ``lines``: first the line of sight, as a face without end and without normal 1 m
+    below every point, then the faces.
 
     Attributes:
         ends_m: Both ends of every face, m.
@@ -37,10 +37,10 @@ class Surfaces:
     permittivity: Complex[np.ndarray, " faces"]
     thickness_m: Float[np.ndarray, " faces"]
     n_walls: int
-    normal: Float[np.ndarray, "2 faces+1"] = field(init=False, repr=False)
-    to_along: Float[np.ndarray, "faces+1 3"] = field(init=False, repr=False)
-    to_height: Float[np.ndarray, "faces+1 3"] = field(init=False, repr=False)
-    length_m: Float[np.ndarray, " faces+1"] = field(init=False, repr=False)
+    normal: Float[np.ndarray, "2 lines"] = field(init=False, repr=False)
+    to_along: Float[np.ndarray, "lines 3"] = field(init=False, repr=False)
+    to_height: Float[np.ndarray, "lines 3"] = field(init=False, repr=False)
+    length_m: Float[np.ndarray, " lines"] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Refuse faces without length and rooms that are not convex; work out the derived arrays."""
