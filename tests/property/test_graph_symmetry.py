@@ -16,6 +16,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 METRE = st.floats(-100.0, 100.0)
 RADIAN = st.floats(-np.pi, np.pi)
 N_ROBOTS, N_TIMES = 3, 6
+STOP = 2e-4  # m or rad: the search may stop one iteration sooner or later
 
 
 def noisy_graph(seed: int) -> tuple[np.ndarray, np.ndarray, Edges]:
@@ -68,7 +69,7 @@ def test_the_world_frame_moves_with_the_solution(seed: int, x_m: float, y_m: flo
     there, edges_there = moved(T_new_world, start, edges)
     here, _ = solve(start, edges, robots=[0, 2])
     solved_there, _ = solve(there, edges_there, robots=[0, 2])
-    assert apart(solved_there, se2.compose(T_new_world, here)) < 1e-5
+    assert apart(solved_there, se2.compose(T_new_world, here)) < STOP
 
 
 @settings(max_examples=25)
@@ -85,7 +86,7 @@ def test_renaming_robots_renames_results(seed: int, names: list[int]) -> None:
     np.testing.assert_array_equal(ate_trans(start[old], truth[old])[new], ate_trans(start, truth))
     solved, _ = solve_team(start, edges)
     solved_renamed, _ = solve_team(start[old], renamed)
-    assert apart(solved_renamed[new], solved) < 1e-6
+    assert apart(solved_renamed[new], solved) < STOP
 
 
 @settings(max_examples=25)
@@ -95,7 +96,7 @@ def test_the_order_of_edges_does_not_matter(seed: int) -> None:
     shuffled = select(edges, np.random.default_rng(seed).permutation(len(edges)))
     solved, report = solve(start, edges, robots=[0, 1])
     again, report_again = solve(start, shuffled, robots=[1, 0])
-    assert apart(solved, again) < 1e-9
+    np.testing.assert_array_equal(solved, again)
     assert report.n_used == report_again.n_used
     np.testing.assert_allclose(
         residual_error(start, shuffled), residual_error(start, edges), rtol=1e-12, atol=1e-15
@@ -118,7 +119,7 @@ def test_a_common_weight_changes_no_solution(seed: int, share: float) -> None:
     _, start, edges = noisy_graph(seed)
     plain, _ = solve_team(start, replace(edges, weight=np.ones(len(edges))))
     scaled, _ = solve_team(start, replace(edges, weight=np.full(len(edges), share)))
-    assert apart(plain, scaled) < 1e-4
+    assert apart(plain, scaled) < STOP
 
 
 @given(off=st.lists(st.floats(-20.0, 20.0), min_size=1), sigma_rad=st.floats(0.01, 0.39))

@@ -37,7 +37,7 @@ def trial(rng: np.random.Generator) -> Trial:
         start[:, t + 1] = se2.compose(start[:, t], z[: len(own)].reshape(2, -1, 3)[:, t])
     edges = Edges.measured(tail=tail, head=head, z=z, sigma=SIGMA, told=start[head[:, 0], head[:, 1]])
     solved, report = solve_team(start, edges)
-    return Trial(truth, start, solved, retold(edges, solved, robots=[0, 1]), report
+    return Trial(truth, start, solved, retold(edges, solved, robots=[0, 1]), report)
 
 
 @pytest.fixture(scope="module")

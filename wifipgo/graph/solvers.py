@@ -88,9 +88,10 @@ def solve_team(
 def _split(
     edges: Edges, first_key: Int[np.ndarray, " robots"], *, told: bool
 ) -> tuple[Int[np.ndarray, " inner"], Int[np.ndarray, " outer"]]:
-    """Rows between participants, and rows to outsiders (none unless ``told``), sorted by tail and head."""
+    """Rows between participants, and rows to outsiders (none unless ``told``), sorted by tail, head and z."""
     ours = np.flatnonzero((first_key[edges.tail[:, 0]] >= 0) & (edges.weight > 0.0))
-    ours = ours[np.lexsort((*edges.head[ours].T[::-1], *edges.tail[ours].T[::-1]))]
+    columns = (*edges.tail[ours].T, *edges.head[ours].T, *edges.z[ours].T)
+    ours = ours[np.lexsort(columns[::-1])]  # gtsam repeats itself to the bit only for one order of edges
     inside = first_key[edges.head[ours, 0]] >= 0
     return ours[inside], ours[~inside & told]
 
