@@ -3,7 +3,7 @@
 #   make test PYTHON=python3.12        make test PYTEST_ARGS="-x tests/oracle"
 
 PYTHON ?= python3
-PYTEST_ARGS ?= -n auto
+PYTEST_ARGS ?= -n auto --maxprocesses 8
 ARGS ?=
 VENV := .venv
 BIN := $(VENV)/bin
