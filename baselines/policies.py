@@ -73,21 +73,29 @@ class ActiveRendezvous(RandomRendezvous):
     def reset(self, seed: int, episode: int = 0) -> None:
         """Forget the last episode and key the walk's chance."""
         super().reset(seed, episode)
-        self._side = np.zeros(0)
+        self._side, self._observed = np.zeros(0), np.zeros(0)
 
     def _act(self, view: View, free_steps: np.ndarray) -> np.ndarray:
-        n = len(view.rows)
-        side = self._side if len(self._side) == n else np.zeros(n)
         lost = view.own("err")[:, 0] > self._threshold
         comes, slot = _whom_to_serve(view, lost)
-        rows = np.arange(n)
+        walk = np.where(lost[:, None], 0.0, random_step(free_steps, rng=self._rng))
+        waypoint = np.where(comes[:, None], self._approach(view, slot, comes, free_steps), walk)
+        return np.concatenate([waypoint, np.where(lost, 1.0, -1.0)[:, None]], axis=1)
+
+    def _approach(
+        self, view: View, slot: np.ndarray, comes: np.ndarray, free_steps: np.ndarray
+    ) -> np.ndarray:
+        """Algorithm 1's step, or none while each step already brings a new observation of the caller."""
+        rows = np.arange(len(slot))
+        before = self._observed if len(self._observed) else np.full(len(slot), np.inf)
+        side = self._side if len(self._side) else np.zeros(len(slot))
+        observed = view.slot("observed")[rows, slot, 0]
         bearing = strongest_bearing(view.slot("profile")[rows, slot])
         length = step_length(view.slot("discrepancy")[rows, slot, 0])
         approach, taken = step_towards(bearing, length, free_steps, side)
         self._side = np.where(comes, taken, 0.0)
-        walk = np.where(lost[:, None], 0.0, random_step(free_steps, rng=self._rng))
-        waypoint = np.where(comes[:, None], approach, walk)
-        return np.concatenate([waypoint, np.where(lost, 1.0, -1.0)[:, None]], axis=1)
+        self._observed = np.where(comes, observed, np.inf)
+        return np.where((observed > before)[:, None], 0.0, approach)
 
 
 def _whom_to_serve(view: View, lost: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
