@@ -95,11 +95,11 @@ def test_likelihood_is_the_clipped_density() -> None:
 
 def test_paper_weights_only_beyond_the_gate_and_across_the_cut() -> None:
     reported = np.deg2rad([10.0, 179.0, 179.0])
-    peak = np.deg2rad([15.0, -178.0, -161.0])  # 5, 3 and 20 deg apart
+    peak = np.deg2rad([15.0, -178.0, -172.0])  # 5, 3 and 9 deg apart
     weight = paper_weights(reported, peak, sigma_rad=0.5, gate_rad=float(np.deg2rad(4.0)))
     np.testing.assert_allclose(weight[:2], 1.0)
     sharp = paper_weights(reported, peak)
-    np.testing.assert_allclose(sharp, [1.0, 1.0, likelihood(np.deg2rad([20.0]))[0]], rtol=1e-9)
+    np.testing.assert_allclose(sharp, [1.0, 1.0, likelihood(np.deg2rad([9.0]))[0]], rtol=1e-9)
     gated = paper_weights(reported, peak, sigma_rad=0.05, gate_rad=1.0)
     np.testing.assert_array_equal(gated, 1.0)
 

@@ -87,14 +87,15 @@ def test_two_robots_share_the_gap_of_their_meeting(weight: float) -> None:
     np.testing.assert_allclose(solved[1, 1, 0], 6.0 + variance[1] / variance.sum(), atol=1e-6)
 
 
-def test_a_told_pose_pulls_by_its_own_variance() -> None:
-    """Information of the measurement and of the told pose add up as variances."""
+@pytest.mark.parametrize("weight", [1.0, 0.25])
+def test_a_told_pose_pulls_by_its_own_variance(weight: float) -> None:
+    """Variances of the measurement, by its weight, and of the told pose add up."""
     poses = np.zeros((2, 2, 3))
     poses[0, 1, 0] = 4.0
-    seen = one((0, 1), (1, 1), 3.0, (0.2, 0.05), told_x_m=8.0)
+    seen = one((0, 1), (1, 1), 3.0, (0.2, 0.05), weight=weight, told_x_m=8.0)
     edges = extended(straight([4.0]), seen)
     solved, report = solve(poses, edges, robots=[0], told_sigma=(0.3, 0.1))
-    expected = 4.0 + (8.0 - 3.0 - 4.0) * 0.1**2 / (0.1**2 + 0.2**2 + 0.3**2)
+    expected = 4.0 + (8.0 - 3.0 - 4.0) * 0.1**2 / (0.1**2 + 0.2**2 / weight + 0.3**2)
     np.testing.assert_allclose(solved[0, 1, 0], expected, atol=1e-6)
     assert report.n_used == 2
     alone, report = solve(poses, edges, robots=[0], third_party="ignore")
@@ -178,3 +179,5 @@ def test_bad_requests_say_what_is_wrong() -> None:
         solve(start, edges, robots=[1, 1])
     with pytest.raises(UnknownNameError, match="fixed_told, ignore"):
         solve(start, edges, robots=[0], third_party="fixed")
+    with pytest.raises(ValueError, match="poses without any measurement must be none, got 6"):
+        solve(start, select(edges, np.array([0])), robots=[0])

@@ -55,7 +55,8 @@ def solve(
         New poses, those of other robots unchanged, and the report.
 
     Raises:
-        ValueError: ``robots`` names one twice or not at all, or an option is unknown.
+        ValueError: ``robots`` names one twice or nobody, an option is unknown, or a
+            pose other than a first has no measurement.
     """
     team = sorted(robots)
     require(len(set(team)) == len(team) > 0, "robots", "one or more, each once", robots)
@@ -71,6 +72,8 @@ def solve(
     sigmas = np.broadcast_to(np.asarray(told_sigma, dtype=np.float64), (len(edges), 2))
     _add_told(graph, select(edges, outer), sigmas[outer], first_key)
 
+    n_loose = len(start) - len(graph.keyVector())
+    require(n_loose == 0, "poses without any measurement", "none", n_loose)
     solution, iterations, before, after = _optimise(graph, start)
     solved = poses.copy()
     solved[team, 1:] = solution.reshape(len(team), times, 3)[:, 1:]
@@ -127,23 +130,18 @@ def _add_told(
 ) -> None:
     """Tie tails to what outsiders told: T_world_tail = T_world_head T_tail_head^-1.
 
-    Noise of z and of the told pose both sit at the head; seen from the tail they
-    are Ad_z of it, which is exact to first order and needs no further variable.
+    Noise of z and of the told pose both sit at the head. Seen from the tail, a turn
+    there is a turn here and a shift along (y, -x) of z, which is exact to first order
+    and needs no further variable.
     """
     tail = first_key[edges.tail[:, 0]] + edges.tail[:, 1]
     T_world_tail = se2.compose(edges.told, se2.inverse(edges.z))
-    variance = (edges.sigma**2 / edges.weight[:, None] + told_sigma**2)[:, [0, 0, 1]]
-    adjoint = _adjoint(edges.z)
-    covariance = np.einsum("eij,ej,ekj->eik", adjoint, variance, adjoint)
+    variance = edges.sigma**2 / edges.weight[:, None] + told_sigma**2
+    lever = np.stack([edges.z[:, 1], -edges.z[:, 0], np.ones(len(edges))], axis=-1)
+    turn = variance[:, 1, None, None] * lever[:, :, None] * lever[:, None, :]
+    covariance = turn + variance[:, 0, None, None] * np.diag([1.0, 1.0, 0.0])
     for i, pose, cov in zip(tail.tolist(), T_world_tail.tolist(), covariance, strict=True):
         graph.addPriorPose2(i, gtsam.Pose2(*pose), gtsam.noiseModel.Gaussian.Covariance(cov))
-
-
-def _adjoint(T_a_b: Float[np.ndarray, "edges 3"]) -> Float[np.ndarray, "edges 3 3"]:
-    """Ad_T: small motions ``(x, y, yaw)`` of b, seen in b, to the same motions seen in a."""
-    x, y, yaw = T_a_b.T
-    c, s, zero, one = np.cos(yaw), np.sin(yaw), np.zeros_like(x), np.ones_like(x)
-    return np.stack([c, -s, y, s, c, -x, zero, zero, one], axis=-1).reshape(-1, 3, 3)
 
 
 def _optimise(
