@@ -127,12 +127,12 @@ def _rays(
     exists[1:] &= max_order > 0
     link, face = np.divmod(np.flatnonzero(exists.T), len(exists))
     up_m = height_m.reshape(2, -1).take(face * ends.shape[-1] + link, axis=1)
-    share = up_m[0] + up_m[1]
+    both_up_m = up_m[0] + up_m[1]
     gap_m, normal = (ends[1, :2] - ends[0, :2]).take(link, axis=1), surfaces.normal.take(face, axis=1)
     to_image_m = np.stack([gap_m - 2.0 * up_m[1] * normal, -gap_m - 2.0 * up_m[0] * normal])
     length_m = np.sqrt(to_image_m[0, 0] ** 2 + to_image_m[0, 1] ** 2)
-    hit_m = ends[0, :2].take(link, axis=1) + up_m[0] / share * to_image_m[0]
-    return _Rays(link, face, to_image_m, length_m, np.minimum(share / length_m, 1.0), hit_m)
+    hit_m = ends[0, :2].take(link, axis=1) + up_m[0] / both_up_m * to_image_m[0]
+    return _Rays(link, face, to_image_m, length_m, np.minimum(both_up_m / length_m, 1.0), hit_m)
 
 
 def _spreading(wavelengths: Float[np.ndarray, " rays"]) -> Complex[np.ndarray, " rays"]:
