@@ -1,5 +1,6 @@
 """What robots hear of each other in one iteration: links of all pairs, profiles of chosen ones."""
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -66,6 +67,16 @@ def _towards(links: Links, receiver: np.ndarray, sender: np.ndarray) -> Paths:
     return chosen._replace(azimuth_rx_rad=arrives)
 
 
+@functools.lru_cache(maxsize=8)
+def _schedule(turn: AoaConfig, wavelength_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """Relative headings and steering of a turn: the same at every step, for every link."""
+    relative, grid = aoa.turn_headings(turn), aoa.azimuth_grid(turn.n_azimuths)
+    steering = aoa.turn_steering(relative, grid, antenna_gap_m=turn.antenna_gap_m, wavelength_m=wavelength_m)
+    for array in (relative, steering):
+        array.setflags(write=False)
+    return relative, steering
+
+
 def listen(
     links: Links,
     receiver: Int[np.ndarray, " links"],
@@ -91,12 +102,10 @@ def listen(
         One profile per link, in [0, 1].
     """
     paths = _towards(links, receiver, sender)
-    relative = aoa.turn_headings(turn)
+    relative, steering = _schedule(turn, radio.wavelength_m)
     heading = yaw_rad[receiver, None] + relative[None]
-    size = {"antenna_gap_m": turn.antenna_gap_m, "wavelength_m": radio.wavelength_m}
-    channel = csi.pair_csi(paths, heading, **size)
+    channel = csi.pair_csi(paths, heading, antenna_gap_m=turn.antenna_gap_m, wavelength_m=radio.wavelength_m)
     received = csi.received_csi(channel, snr_scale=radio.snr_scale, rng=rng)
     signal = aoa.ESTIMATORS[turn.aoa_estimator](received)
-    steering = aoa.turn_steering(relative, aoa.azimuth_grid(turn.n_azimuths), **size)
     profile = aoa.bartlett_profiles(signal, steering)
     return Heard(profile, aoa.find_peaks(profile, n_peaks=turn.n_peaks))
