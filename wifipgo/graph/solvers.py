@@ -154,7 +154,6 @@ def _optimise(
     params = gtsam.LevenbergMarquardtParams()
     params.setRelativeErrorTol(TOLERANCE)
     params.setAbsoluteErrorTol(TOLERANCE)
-    params.setLinearSolverType("SEQUENTIAL_CHOLESKY")  # faster than multifrontal on pairs, no slower on teams
     optimiser = gtsam.LevenbergMarquardtOptimizer(graph, values, params)
     before = optimiser.error()
     solution = gtsam.utilities.extractPose2(optimiser.optimize())
