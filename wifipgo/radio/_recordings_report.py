@@ -1,0 +1,160 @@
+"""Table and picture of bearings from recordings. The only room of the radio that draws."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from rich.console import Console
+from rich.table import Table
+
+from wifipgo.radio.aoa import azimuth_grid, closest_peak
+from wifipgo.radio.aperture import Bearing
+from wifipgo.radio.wsr import Link
+from wifipgo.se2 import wrap_angle
+
+WIDTH_CHARACTERS = 118  # where the output is not a terminal
+OURS, TRUTH, TOOLBOX, OTHER = "#1f6fb4", "#d4570b", "#6b7280", "#9dbfdd"
+COLUMNS = ("set", "place", "tx", "packets", "bearing", "closest", "truth", "error", "height", "2nd/1st")
+TOOLBOX_COLUMNS = ("toolbox", "its error")
+
+
+def error_deg(azimuth_rad: float, link: Link) -> float:
+    """Estimate minus truth, degrees in [-180, 180)."""
+    return float(np.rad2deg(wrap_angle(np.array(azimuth_rad - link.truth_rad))))
+
+
+def closest_rad(link: Link, found: Bearing) -> float:
+    """The peak nearest to the truth, rad: what an oracle would choose."""
+    return float(closest_peak(found.peaks, np.array([link.truth_rad]))[0])
+
+
+def print_report(links: Sequence[Link], bearings: Sequence[Bearing], *, title: str) -> None:
+    """Print a line for each link and a summary for each set."""
+    console = Console()
+    if not console.is_terminal:
+        console.width = WIDTH_CHARACTERS
+    console.print(link_table(links, bearings, title=title))
+    console.print(summary_table(links, bearings))
+
+
+def link_table(links: Sequence[Link], bearings: Sequence[Bearing], *, title: str) -> Table:
+    """One line a link, angles in degrees."""
+    toolbox = any(link.toolbox_rad for link in links)
+    caption = (
+        "Degrees in the map frame. bearing: top peak. closest: of the 5 highest peaks the nearest to the truth, "
+        "an oracle's choice. truth: from the mean aperture position. error: bearing - truth. height: share of "
+        "the signal's power that the top peak explains. 2nd/1st: second peak over the top one; near 1 the "
+        "bearing is a toss-up."
+    )
+    table = Table(title=f"Bearings, {title}", caption=caption, caption_justify="left")
+    for name in COLUMNS + TOOLBOX_COLUMNS * toolbox:
+        table.add_column(name, justify="left" if name in {"set", "tx"} else "right", no_wrap=True)
+    for k, (link, found) in enumerate(zip(links, bearings, strict=True)):
+        last_of_set = links[k + 1 :] != [] and links[min(k + 1, len(links) - 1)].set_name != link.set_name
+        table.add_row(*_cells(link, found, toolbox=toolbox), end_section=last_of_set)
+    return table
+
+
+def _cells(link: Link, found: Bearing, *, toolbox: bool) -> list[str]:
+    """Texts of one line of the link table."""
+    angles = np.rad2deg([found.azimuth_rad, closest_rad(link, found), link.truth_rad])
+    cells = [link.set_name, link.place, link.transmitter, str(len(link.forward))]
+    cells += [f"{angle:.1f}" for angle in angles]
+    cells += [f"{error_deg(found.azimuth_rad, link):+.1f}", f"{found.height:.2f}", f"{found.side_ratio:.2f}"]
+    if toolbox and link.toolbox_rad:
+        cells += [f"{np.rad2deg(link.toolbox_rad[0]):.1f}", f"{error_deg(link.toolbox_rad[0], link):+.1f}"]
+    return cells
+
+
+def summary_table(links: Sequence[Link], bearings: Sequence[Bearing]) -> Table:
+    """Median and mean |error| per set: top peak, closest peak, the toolbox's top peak."""
+    errors = {
+        "top peak": [error_deg(found.azimuth_rad, link) for link, found in zip(links, bearings, strict=True)],
+        "closest peak": [
+            error_deg(closest_rad(link, b), link) for link, b in zip(links, bearings, strict=True)
+        ],
+        "toolbox": [error_deg(link.toolbox_rad[0], link) if link.toolbox_rad else np.nan for link in links],
+    }
+    table = Table(title="|error| in degrees, median / mean", caption="closest peak: chosen by the truth")
+    for name in ("set", "links", *errors):
+        table.add_column(name, justify="left" if name == "set" else "right")
+    names = list(dict.fromkeys(link.set_name for link in links))
+    for name in names + ["all"] * (len(names) > 1):
+        rows = np.array([name in {"all", link.set_name} for link in links])
+        texts = [_median_mean(np.abs(np.array(column)[rows])) for column in errors.values()]
+        table.add_row(name, str(rows.sum()), *texts)
+    return table
+
+
+def _median_mean(values: Float[np.ndarray, " links"]) -> str:
+    """Median and mean as text; a dash where a value is missing."""
+    return "-" if np.isnan(values).any() else f"{np.median(values):.2f} / {values.mean():.2f}"
+
+
+def save_picture(links: Sequence[Link], bearings: Sequence[Bearing], path: Path, *, title: str) -> None:
+    """Save one polar profile a link: truth, top peak, other peaks and the toolbox's answer."""
+    n_columns = min(len(links), 5 if len(links) > 6 else 3)
+    n_rows = -(-len(links) // n_columns)
+    with mpl.rc_context({"font.size": 9, "axes.titlesize": 10.5, "axes.edgecolor": "#c9ced6"}):
+        figure, grid = plt.subplots(
+            n_rows,
+            n_columns,
+            figsize=(2.7 * n_columns + 0.4, 3.05 * n_rows + 1.3),
+            squeeze=False,
+            subplot_kw={"projection": "polar"},
+            layout="constrained",
+        )
+        for axes, link, found in zip(grid.flat, links, bearings, strict=False):
+            _draw_link(axes, link, found)
+        for axes in grid.flat[len(links) :]:
+            axes.set_visible(False)
+        figure.suptitle(f"{title}: bearing profiles; in the titles, bearing minus truth", fontsize=13)
+        handles, labels = grid.flat[0].get_legend_handles_labels()
+        figure.legend(
+            handles,
+            labels,
+            loc="outside lower center",
+            ncols=3,
+            frameon=False,
+            fontsize=10.5,
+            markerscale=1.2,
+        )
+        figure.savefig(path, dpi=110)
+        plt.close(figure)
+
+
+def _draw_link(axes: Axes, link: Link, found: Bearing) -> None:
+    """Profile of one link over the circle, scaled to its top peak."""
+    scale = max(found.height, float(np.finfo(float).tiny))
+    share = np.append(found.profile, found.profile[0]) / scale
+    azimuth_rad = np.append(azimuth_grid(len(found.profile)), np.pi)
+    seen = found.peaks.height[0] > 0.0
+    others_rad, heights = found.peaks.azimuth_rad[0, seen][1:], found.peaks.height[0, seen][1:]
+    axes.plot(
+        [link.truth_rad] * 2, [0.0, 1.3], color=TRUTH, linewidth=2.2, label="truth (from the mean position)"
+    )
+    axes.fill(azimuth_rad, share, color=OURS, alpha=0.18, linewidth=0)
+    axes.plot(azimuth_rad, share, color=OURS, linewidth=0.9, label="profile, share of power")
+    axes.plot(found.azimuth_rad, 1.0, "o", color=OURS, markersize=7, label="top peak: the bearing")
+    axes.plot(others_rad, heights / scale, "o", color=OTHER, markersize=4, label="other peaks")
+    if link.toolbox_rad:
+        axes.plot(
+            link.toolbox_rad[0],
+            1.18,
+            "x",
+            color=TOOLBOX,
+            markersize=6,
+            markeredgewidth=1.8,
+            label="toolbox's answer",
+        )
+    axes.set_ylim(0.0, 1.3)
+    axes.set_yticks([0.5, 1.0], labels=[])
+    axes.set_xticks(np.deg2rad([0, 90, 180, 270]), labels=["0°", "90°", "180°", "-90°"], color="#6b7280")
+    axes.tick_params(pad=-3)
+    axes.grid(color="#e3e6ea")
+    place = f"place {link.place}, {link.transmitter}: {error_deg(found.azimuth_rad, link):+.1f}°"
+    axes.set_title(f"{link.set_name}\n{place}")

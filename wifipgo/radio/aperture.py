@@ -1,0 +1,194 @@
+"""Bearing from a moving receiver: a synthetic aperture over the two-way channel.
+
+The product of the channel measured at the receiver and the one measured at the
+transmitter for the same exchange is free of both oscillators, and its phase is that
+of the way there *and* back (Jadhav et al., arXiv 2109.12205). As the receiver moves,
+its packets are samples of one long antenna array. Four choices, all made by theory:
+
+- **Spherical wavefronts.** A 0.6 m aperture at a two-way phase of ``4 pi / lambda`` has
+  its far field beyond ``4 D^2 / lambda``, 27 m at 5.5 GHz: in a room the front is curved
+  by several radians over the aperture. The curvature (1 / range) is searched, in steps
+  that leave less than 0.6 rad at the edge of a 0.3 m half aperture. Plane waves, the
+  usual choice, are biased by the place wherever the path is not symmetric.
+- **Low elevations only.** Squaring a channel of several paths makes a ghost for every
+  pair, at the bisector of the two with the displacement shortened by the cosine of
+  half the angle between them: exactly what a source at an elevation of half that angle
+  would give. Summing over all elevations, as is usual, adds those ghosts; a search up
+  to 15 degrees, where robots on one floor are, keeps only ghosts of near neighbours.
+- **Phase only, timing removed.** Each packet has its own symbol timing (20 ns and more),
+  a phase slope over the subcarriers that scrambles the outer ones from packet to packet;
+  it is removed, and each subcarrier is scaled to unit modulus, as gain control steps say
+  nothing about direction.
+- **Subcarriers add as powers**: their fades are different, their directions are the same.
+
+The profile is the highest share of power over the searched fronts: maximum likelihood
+over nuisance parameters with flat priors.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from wifipgo.errors import require
+from wifipgo.radio.aoa import Peaks, azimuth_grid, bartlett_profiles, find_peaks
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ApertureConfig:
+    """Grid of searched wavefronts. All ours; the module says why."""
+
+    n_azimuths: int = 360
+    elevations_rad: tuple[float, ...] = (0.0, np.pi / 18.0, np.pi / 12.0)
+    curvatures_per_m: tuple[float, ...] = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
+    spacing_m: float = 0.0034  # packets closer than this along the path count as one: lambda / 16
+    n_peaks: int = 5
+
+    def __post_init__(self) -> None:
+        """Reject values that cannot mean anything."""
+        require(self.n_azimuths >= 8, "ApertureConfig.n_azimuths", ">= 8", self.n_azimuths)
+        require(1 <= self.n_peaks <= 10, "ApertureConfig.n_peaks", "in 1..10", self.n_peaks)
+        require(self.spacing_m > 0.0, "ApertureConfig.spacing_m", "> 0", self.spacing_m)
+        for name in ("elevations_rad", "curvatures_per_m"):
+            values = getattr(self, name)
+            require(
+                len(values) > 0 and min(values) >= 0.0, f"ApertureConfig.{name}", "some values >= 0", values
+            )
+
+
+class Bearing(NamedTuple):
+    """Where a transmitter seems to be."""
+
+    profile: Float[np.ndarray, " grid"]  # share of the signal's power that each azimuth explains
+    peaks: Peaks  # of this one profile, highest first
+
+    @property
+    def azimuth_rad(self) -> float:
+        """The answer: the top peak, rad."""
+        return float(self.peaks.azimuth_rad[0, 0])
+
+    @property
+    def height(self) -> float:
+        """Share of the signal's power that the top peak explains, in [0, 1]."""
+        return float(self.peaks.height[0, 0])
+
+    @property
+    def side_ratio(self) -> float:
+        """Second peak over the first, in [0, 1]: near 1 the answer is a toss-up."""
+        second = self.peaks.height[0, 1] if self.peaks.height.shape[1] > 1 else 0.0
+        return float(second / max(self.height, np.finfo(float).tiny))
+
+
+def aperture_bearing(
+    product: Complex[np.ndarray, "packets subcarriers"],
+    displacement_m: Float[np.ndarray, "packets 3"],
+    *,
+    wavelength_m: float,
+    cfg: ApertureConfig | None = None,
+) -> Bearing:
+    """Bearing of a transmitter from the receiver's mean position; arguments of `aperture_profile`."""
+    cfg = cfg or ApertureConfig()
+    profile = aperture_profile(product, displacement_m, wavelength_m=wavelength_m, cfg=cfg)
+    return Bearing(profile, find_peaks(profile[None], n_peaks=cfg.n_peaks))
+
+
+def timing_removed(
+    product: Complex[np.ndarray, "packets subcarriers"],
+) -> Complex[np.ndarray, "packets subcarriers"]:
+    """Phases of a two-way channel without each packet's slope over the subcarriers, unit modulus.
+
+    The slope is the phase of the mean step from one subcarrier to the next; the phase
+    at the middle of the band stays.
+    """
+    phasor = product / np.maximum(np.abs(product), np.finfo(np.float32).tiny)
+    step_rad = np.angle(np.sum(phasor[:, 1:] * phasor[:, :-1].conj(), axis=1))
+    from_middle = np.arange(product.shape[1]) - 0.5 * (product.shape[1] - 1)
+    return (phasor * np.exp(-1j * step_rad[:, None] * from_middle)).astype(np.complex64)
+
+
+def spherical_steering(
+    displacement_m: Float[np.ndarray, "positions 3"],
+    azimuths_rad: Float[np.ndarray, " grid"],
+    *,
+    elevation_rad: float,
+    curvature_per_m: float,
+    wavelength_m: float,
+) -> Complex[np.ndarray, "positions grid"]:
+    """Two-way phase factor that a displacement gives the wave of a source at a finite range.
+
+    With u the direction of a source at range r = 1 / curvature, the way is shorter by
+    ``r - |r u - p| = (2 u.p - |p|^2 / r) / (1 + |u - p / r|)``; at curvature 0 that is u.p,
+    the plane wave of `wifipgo.radio.aoa.displacement_steering`.
+
+    Args:
+        displacement_m: Positions relative to the point that the bearing is taken from, m.
+        azimuths_rad: Candidate directions, rad.
+        elevation_rad: Elevation of the candidates, rad.
+        curvature_per_m: 1 / range of the candidates, 1/m.
+        wavelength_m: Wavelength of the carrier, m.
+    """
+    p_m = displacement_m.astype(np.float32)
+    flat = p_m[:, :1] * np.cos(azimuths_rad, dtype=np.float32) + p_m[:, 1:2] * np.sin(
+        azimuths_rad, dtype=np.float32
+    )
+    along = np.float32(np.cos(elevation_rad)) * flat + np.float32(np.sin(elevation_rad)) * p_m[:, 2:]
+    bend = np.float32(curvature_per_m) * np.sum(p_m**2, axis=1, keepdims=True)
+    gap = np.float32(curvature_per_m) * (bend - 2.0 * along)  # |u - p / r|^2 - 1
+    shorter_m = (2.0 * along - bend) / (1.0 + np.sqrt(np.maximum(1.0 + gap, 0.0)))
+    phase_rad = np.float32(4.0 * np.pi / wavelength_m) * shorter_m
+    return np.cos(phase_rad) + 1j * np.sin(phase_rad)
+
+
+def evenly_spaced(
+    signal: Complex[np.ndarray, "packets subcarriers"],
+    displacement_m: Float[np.ndarray, "packets 3"],
+    *,
+    spacing_m: float,
+) -> tuple[Complex[np.ndarray, "positions subcarriers"], Float[np.ndarray, "positions 3"]]:
+    """Means of signal and position over equal pieces of the path.
+
+    A robot that starts and stops sends most packets from the ends of its path; equal
+    pieces illuminate the aperture evenly, and there are fewer of them.
+    """
+    steps_m = np.linalg.norm(np.diff(displacement_m, axis=0), axis=1)
+    piece = np.floor(np.concatenate([[0.0], np.cumsum(steps_m)]) / spacing_m)
+    first = np.flatnonzero(np.diff(piece, prepend=-1.0))
+    count = np.diff(first, append=len(piece))[:, None]
+    return (
+        (np.add.reduceat(signal, first, axis=0) / count).astype(np.complex64),
+        np.add.reduceat(displacement_m, first, axis=0) / count,
+    )
+
+
+def aperture_profile(
+    product: Complex[np.ndarray, "packets subcarriers"],
+    displacement_m: Float[np.ndarray, "packets 3"],
+    *,
+    wavelength_m: float,
+    cfg: ApertureConfig | None = None,
+) -> Float[np.ndarray, " grid"]:
+    """Share of the signal's power that a source at each azimuth explains, in [0, 1].
+
+    Args:
+        product: Forward times reverse channel of each packet.
+        displacement_m: Receiver's position at each packet in a frame that does not turn,
+            m; its origin does not matter, bearings are taken from the mean position.
+        wavelength_m: Wavelength of the carrier, m.
+        cfg: Grid of searched wavefronts.
+    """
+    cfg = cfg or ApertureConfig()
+    from_mean_m = (displacement_m - displacement_m.mean(axis=0)).astype(float)
+    signal, at_m = evenly_spaced(timing_removed(product), from_mean_m, spacing_m=cfg.spacing_m)
+    azimuths_rad, best = azimuth_grid(cfg.n_azimuths), np.zeros(cfg.n_azimuths)
+    for elevation_rad in cfg.elevations_rad:
+        for curvature_per_m in cfg.curvatures_per_m:
+            steering = spherical_steering(
+                at_m,
+                azimuths_rad,
+                elevation_rad=elevation_rad,
+                curvature_per_m=curvature_per_m,
+                wavelength_m=wavelength_m,
+            )
+            best = np.maximum(best, bartlett_profiles(signal.T, steering).mean(axis=0))
+    return best

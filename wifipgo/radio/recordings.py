@@ -1,0 +1,65 @@
+"""Bearings from real CSI recordings, on the command line and as a function.
+
+::
+
+    python -m wifipgo.radio.recordings PATH [--out DIR]
+
+Reads links (`wifipgo.radio.wsr`), computes each profile (`wifipgo.radio.aperture`) and
+takes its peaks with the code of the simulator (`wifipgo.radio.aoa.find_peaks`).
+"""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from wifipgo.radio.aperture import ApertureConfig, Bearing, aperture_bearing
+from wifipgo.radio.wsr import Link, read_links
+
+
+def bearing(link: Link, cfg: ApertureConfig | None = None) -> Bearing:
+    """Bearing of a link's transmitter in the map frame, with its profile and peaks."""
+    return aperture_bearing(
+        link.forward * link.reverse, link.displacement_m, wavelength_m=link.wavelength_m, cfg=cfg
+    )
+
+
+def main(
+    path: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="PATH")],
+    out: Path = Path("results/recordings"),
+) -> None:
+    """Find transmitters in real Wi-Fi recordings and compare with motion capture.
+
+    Prints one line a link: the bearing (top peak of the profile), the peak closest to
+    the truth (an oracle's choice, not an answer), the truth (bearing from the mean
+    position of the receiver's path), the error of the top peak, the share of the
+    signal's power that it explains, the second peak relative to it (near 1: a toss-up)
+    and, where the recording carries them, the answer and error of the WSR toolbox. Then
+    medians and means per set, and a picture with one polar profile a link.
+
+    Examples: a raw run ``data/wsr/raw_LOS_A_L1``; a pack ``data/wsr/wsr_slim_dev.npz``;
+    a folder of either, ``data/wsr``. Exit code 2 and one line on stderr if a recording
+    cannot be read.
+
+    Args:
+        path: A raw run (folder with csi_rx_*.dat), a packed .npz, or a folder of packs or runs.
+        out: Folder for the picture, made if it is not there.
+    """
+    from wifipgo.radio._recordings_report import print_report, save_picture  # noqa: PLC0415
+
+    try:
+        links = read_links(path)
+        out.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        print(f"recordings: {error}", file=sys.stderr)
+        raise SystemExit(2) from error
+    bearings = [bearing(link) for link in links]
+    print_report(links, bearings, title=path.resolve().name)
+    picture = out / f"{path.resolve().stem}.png"
+    save_picture(links, bearings, picture, title=path.resolve().stem)
+    print(f"picture: {picture}")
+
+
+if __name__ == "__main__":
+    tyro.cli(main, prog="python -m wifipgo.radio.recordings")
