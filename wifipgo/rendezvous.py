@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse.csgraph import connected_components
 
 from wifipgo.errors import pick, require
-from wifipgo.graph import Edges, retold, solve
+from wifipgo.graph import ERR_WEIGHTS, THIRD_PARTY, Edges, retold, solve
 from wifipgo.radio.link import LinkConfig, service_discrepancy
 
 NOBODY = -1
@@ -28,7 +28,7 @@ class RendezvousConfig:
     """When to call, when a meeting counts, and what is optimised then.
 
     The threshold of 10 is the paper's (Sec. 7.1.2), as are the AOA gate of 7.2 degrees
-    (Sec. 7.3) and with it sigma (method: 2.96 degrees). kappa is ours.
+    (Sec. 7.3); sigma = 2.96 degrees makes g of Eq. 7 leave 1 just there. kappa is ours.
 
     Attributes:
         err_threshold: delta of Algorithm 2, on Err_i of Eq. 4.
@@ -55,10 +55,10 @@ class RendezvousConfig:
         for name in ("err_threshold", "aoa_gate_rad", "aoa_sigma_rad"):
             require(getattr(self, name) > 0.0, f"RendezvousConfig.{name}", "> 0", getattr(self, name))
         require(self.kappa >= 1, "RendezvousConfig.kappa", ">= 1", self.kappa)
-        pick({"unit": 0, "information": 0}, self.err_weights, "err_weights")
+        pick(ERR_WEIGHTS, self.err_weights, "err_weights")
         pick(_ESTIMATORS, self.estimator, "estimator")
         pick(_OUTLIERS, self.outliers, "outlier method")
-        pick({"fixed_told": 0, "ignore": 0}, self.third_party, "third_party")
+        pick(THIRD_PARTY, self.third_party, "third_party")
 
 
 class Calls(NamedTuple):

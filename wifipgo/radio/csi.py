@@ -13,9 +13,9 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from wifipgo.errors import require
+from wifipgo.radio.materials import SPEED_OF_LIGHT_M_S
 from wifipgo.radio.paths import Paths
 
-SPEED_OF_LIGHT_M_S = 299_792_458.0
 THERMAL_NOISE_DBM_PER_HZ = -174.0
 SUBCARRIER_SPACING_HZ = 312.5e3
 # The 30 subcarriers that the Intel 5300 reports of a 20 MHz channel (802.11n-2009, Ng = 2).

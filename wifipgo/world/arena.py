@@ -16,6 +16,7 @@ from wifipgo.world.layout import ArenaConfig, Layout
 
 N_LIDAR_RAYS = 16
 _COMMANDS_PER_DRIVE = 4
+_SETTLE_SUBSTEPS = 3
 # An arrival that misses its waypoint by more than this was a bump.
 _MISS_M = 0.02
 _GRIP = 0.4
@@ -96,6 +97,12 @@ class Arena:
         buffer.set_float_buf(self._velocity)
         pymunk.batch.set_space_bodies(self._space, pymunk.batch.BodyFields.VELOCITY, buffer)
 
+    def _settle(self) -> None:
+        """Stop, and let the last substep's overlaps be pushed apart."""
+        self._command(np.zeros((len(self._rows), 2)))
+        for _ in range(_SETTLE_SUBSTEPS):
+            self._space.step(1.0 / self._cfg.n_substeps)
+
     def drive(self, poses: Float[np.ndarray, "robots 3"], waypoints: Float[np.ndarray, "robots 2"]) -> Drive:
         """Drive every robot towards its waypoint for one iteration, then turn in place.
 
@@ -122,6 +129,7 @@ class Arena:
             )
             for _ in range(self._cfg.n_substeps // rounds):
                 self._space.step(1.0 / self._cfg.n_substeps)
+        self._settle()
         p_m = self.positions()
         moved = length[:, 0] > 1e-6
         yaw_rad = poses[:, 2] + np.where(moved, np.arctan2(waypoints[:, 1], waypoints[:, 0]), 0.0)

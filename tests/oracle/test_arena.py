@@ -1,0 +1,85 @@
+"""Driving, bumping and looking in rooms whose answer is known."""
+
+import numpy as np
+import pytest
+
+from wifipgo.world.arena import N_LIDAR_RAYS, Arena
+from wifipgo.world.layout import ArenaConfig, Layout, random_layout, room_walls
+
+CFG = ArenaConfig(size_m=10.0)
+BOX = np.array([[4.0, 4.0], [6.0, 4.0], [6.0, 6.0], [4.0, 6.0]])
+
+
+def arena(*starts: tuple[float, float, float], box: bool = False) -> tuple[Arena, np.ndarray]:
+    poses = np.array(starts)
+    layout = Layout(walls_m=room_walls(10.0), obstacles_m=[BOX] if box else [], starts=poses)
+    return Arena(layout, CFG), poses
+
+
+def test_free_drive_arrives_and_turns() -> None:
+    room, poses = arena((2.0, 2.0, 0.5))
+    drive = room.drive(poses, np.array([[0.0, 1.0]]))
+    expected = [2.0 - 2.0 * np.sin(0.5), 2.0 + 2.0 * np.cos(0.5)]
+    np.testing.assert_allclose(drive.poses[0, :2], expected, atol=1e-6)
+    turned = 0.5 + np.pi / 2.0 + CFG.turn_rad  # faced the waypoint, then a quarter turn
+    assert np.cos(drive.poses[0, 2] - turned) == pytest.approx(1.0)
+    assert not drive.bumped[0]
+
+
+def test_a_waypoint_beyond_one_step_is_cut() -> None:
+    room, poses = arena((2.0, 2.0, 0.0))
+    drive = room.drive(poses, np.array([[1.0, 1.0]]))
+    assert np.hypot(*(drive.poses[0, :2] - 2.0)) == pytest.approx(CFG.step_m, abs=1e-6)
+
+
+def test_standing_still_keeps_place_and_turns_only() -> None:
+    room, poses = arena((5.0, 5.0, 0.3))
+    drive = room.drive(poses, np.zeros((1, 2)))
+    np.testing.assert_allclose(drive.poses[0], [5.0, 5.0, 0.3 + CFG.turn_rad], atol=1e-9)
+
+
+def test_walls_and_boxes_stop_a_robot() -> None:
+    room, poses = arena((9.5, 2.0, 0.0), (3.0, 5.0, 0.0), box=True)
+    drive = room.drive(poses, np.array([[1.0, 0.0], [1.0, 0.0]]))
+    assert drive.bumped.all()
+    np.testing.assert_allclose(
+        drive.poses[:, 0], [10.0 - CFG.robot_radius_m, 4.0 - CFG.robot_radius_m], atol=0.02
+    )
+
+
+def test_robots_stop_each_other() -> None:
+    room, poses = arena((4.0, 5.0, 0.0), (6.0, 5.0, np.pi))
+    drive = room.drive(poses, np.array([[1.0, 0.0], [1.0, 0.0]]))
+    gap_m = np.linalg.norm(drive.poses[0, :2] - drive.poses[1, :2])
+    assert gap_m == pytest.approx(2.0 * CFG.robot_radius_m, abs=0.02)
+    assert drive.bumped.all()
+
+
+def test_nobody_leaves_the_room() -> None:
+    rng = np.random.default_rng(0)
+    cfg = ArenaConfig(size_m=8.0, n_obstacles=2)
+    layout = random_layout(12, cfg, rng=rng)
+    room, poses = Arena(layout, cfg), layout.starts
+    for _ in range(60):
+        poses = room.drive(poses, rng.uniform(-1.0, 1.0, (12, 2))).poses
+        assert poses[:, :2].min() > 0.1
+        assert poses[:, :2].max() < 7.9
+
+
+def test_lidar_measures_walls_boxes_and_robots() -> None:
+    room, poses = arena((2.0, 5.0, 0.0), (2.0, 7.0, 0.0), box=True)
+    free_m = room.lidar(poses)
+    hull = CFG.robot_radius_m
+    quarter = N_LIDAR_RAYS // 4
+    ahead, left, back, right = free_m[0, [0, quarter, 2 * quarter, 3 * quarter]]
+    assert ahead == pytest.approx(2.0 - hull, abs=2e-3)  # box
+    assert left == pytest.approx(2.0 - 2.0 * hull, abs=2e-3)  # other robot
+    assert back == pytest.approx(2.0 - hull, abs=2e-3)  # wall
+    assert right == CFG.lidar_range_m  # wall too far
+
+
+def test_layout_that_does_not_fit_says_what_is_too_many() -> None:
+    with pytest.raises(ValueError, match=r"ArenaConfig.n_obstacles must be at most .* got 60"):
+        random_layout(2, ArenaConfig(size_m=10.0, n_obstacles=60), rng=np.random.default_rng(0))
+    with pytest.raises(ValueError, match=r"n_robots must be at most .* got 500"):
+        random_layout(500, ArenaConfig(size_m=5.0), rng=np.random.default_rng(0))

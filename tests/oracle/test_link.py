@@ -1,0 +1,59 @@
+"""Effective SNR, rates and service discrepancy against closed forms and the standard's table."""
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from wifipgo.radio import link
+
+
+@pytest.mark.parametrize("snr_db", [0.0, 5.0, 12.0, 20.0])
+def test_a_flat_channel_has_its_own_snr(snr_db: float) -> None:
+    flat = np.full((1, 30), 10.0 ** (snr_db / 10.0))
+    np.testing.assert_allclose(link.esnr_db(flat), snr_db, atol=1e-6)
+
+
+def test_bpsk_error_rate_is_halperins() -> None:
+    """Two subcarriers, by hand: mean of Q(sqrt(2 snr)), inverted."""
+    snr = np.array([[1.0, 4.0]])
+    mean = norm.sf(np.sqrt(2.0 * snr)).mean()
+    by_hand = norm.isf(mean) ** 2 / 2.0
+    assert link.esnr_db(snr)[0, 0] == pytest.approx(10.0 * np.log10(by_hand), abs=1e-9)
+
+
+def test_effective_snr_lies_between_worst_and_mean() -> None:
+    snr = np.random.default_rng(0).exponential(30.0, (50, 30))
+    esnr = link.esnr_db(snr)
+    assert (esnr <= 10.0 * np.log10(snr.mean(axis=1, keepdims=True)) + 1e-9).all()
+    assert (esnr >= 10.0 * np.log10(snr.min(axis=1, keepdims=True)) - 1e-9).all()
+
+
+@pytest.mark.parametrize(
+    ("esnr_db", "rate"),
+    [
+        (3.9, 0.0),
+        (4.0, 6.5),
+        (7.0, 13.0),
+        (9.0, 19.5),
+        (12.0, 26.0),
+        (16.0, 39.0),
+        (20.0, 52.0),
+        (21.0, 58.5),
+        (22.0, 65.0),
+    ],
+)
+def test_rates_step_at_their_thresholds(esnr_db: float, rate: float) -> None:
+    assert link.rate_mbit_s(np.full((1, 4), esnr_db))[0] == rate
+
+
+def test_extremes_stay_finite() -> None:
+    esnr = link.esnr_db(np.array([[0.0] * 30, [1e12] * 30]))
+    assert np.isfinite(esnr).all()
+    assert link.rate_mbit_s(esnr).tolist() == [0.0, 65.0]
+
+
+def test_service_discrepancy_is_eq_1() -> None:
+    rate = np.array([0.0, 19.5, 39.0, 65.0])
+    clipped = link.service_discrepancy(rate, q_mbit_s=39.0, alpha=2.0)
+    np.testing.assert_allclose(clipped, [2.0, 1.0, 0.0, 0.0])
+    assert link.service_discrepancy(rate, q_mbit_s=39.0, alpha=2.0, clip=False)[3] < 0.0
