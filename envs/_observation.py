@@ -4,6 +4,7 @@ Everything comes from a `Belief`, which holds no truth. One table is the layout,
 space and the documentation at once.
 """
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -14,7 +15,7 @@ from jaxtyping import Float
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief
-from wifipgo.world.arena import N_LIDAR_RAYS
+from wifipgo.world.lidar import N_LIDAR_RAYS
 
 N_BINS = 72
 # A share that can grow without bound is cut here.
@@ -171,6 +172,7 @@ def _slots(belief: Belief, scenario: Scenario) -> np.ndarray:
         belief.calls.callee[robot] == partner,
         _share(belief.observed[robot, partner] / scenario.rendezvous.kappa),
     ]
-    bins = belief.profile.reshape(*partner.shape, N_BINS, -1).max(axis=-1)
+    fine = belief.profile.reshape(*partner.shape, N_BINS, -1)
+    bins = functools.reduce(np.maximum, np.moveaxis(fine, -1, 0))  # faster than a reduction over a short axis
     block = np.concatenate([np.stack(np.broadcast_arrays(*numbers), axis=-1), bins], axis=-1)
-    return np.where(here[..., None], block, 0.0).clip(None, np.maximum(_CEILING, 2.0))
+    return np.where(here[..., None], block, 0.0)

@@ -194,13 +194,13 @@ def _commands(actions: Mapping[str, Any], agents: list[str]) -> Commands:
     """Check actions and stack them; a waypoint or request outside [-1, 1] is clipped."""
     for name in actions:
         require(name in agents, f"actions[{name!r}]", f"for one of {agents}", name)
-    rows = np.zeros((len(agents), 3))
-    for i, agent in enumerate(agents):
+    for agent in agents:
         if agent not in actions:
             raise ValueError(f"actions[{agent!r}] must be given: one action for each live agent")
-        row = np.asarray(actions[agent], dtype=np.float64)
-        require(row.shape == (3,), f"actions[{agent!r}]", "of shape (3,)", row.shape)
-        require(bool(np.isfinite(row).all()), f"actions[{agent!r}]", "finite", row.tolist())
-        rows[i] = row
+        shape = np.shape(actions[agent])
+        require(shape == (3,), f"actions[{agent!r}]", "of shape (3,)", shape)
+    rows = np.array([actions[agent] for agent in agents], dtype=np.float64)
+    for i in np.flatnonzero(~np.isfinite(rows).all(axis=1)).tolist():
+        raise ValueError(f"actions[{agents[i]!r}] must be finite, got {rows[i].tolist()}")
     rows = np.clip(rows, -1.0, 1.0)
     return Commands(rows[:, :2], rows[:, 2] > 0.0)

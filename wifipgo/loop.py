@@ -19,7 +19,7 @@ from jaxtyping import Bool, Float, Int
 from wifipgo import se2
 from wifipgo.chance import Streams
 from wifipgo.graph import Edges, bearing, extended, paper_weights, residual_error
-from wifipgo.radio.aoa import Peaks, closest_peak
+from wifipgo.radio.aoa import closest_peak, find_peaks
 from wifipgo.radio.hearing import Links, listen, probe_links
 from wifipgo.radio.materials import Slab
 from wifipgo.radio.paths import surfaces_of
@@ -36,9 +36,10 @@ from wifipgo.rendezvous import (
 )
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief, Commands, Tick, Truth, World
-from wifipgo.world.arena import N_LIDAR_RAYS, Arena, Drive
+from wifipgo.world.arena import Arena, Drive
 from wifipgo.world.coverage import empty_map, reveal
 from wifipgo.world.layout import random_layout
+from wifipgo.world.lidar import N_LIDAR_RAYS, scan
 from wifipgo.world.sensing import (
     RelativePoses,
     observe_own_places,
@@ -49,12 +50,12 @@ from wifipgo.world.sensing import (
 
 
 class Listening(NamedTuple):
-    """Profiles by slot, and the peaks of every link that was listened to."""
+    """Profiles by slot and by link; ``row`` finds the link of a receiver and a sender."""
 
     slots: Int[np.ndarray, "robots slots"]
-    profile: Float[np.ndarray, "robots slots grid"]
+    by_slot: Float[np.ndarray, "robots slots grid"]
     row: Int[np.ndarray, "robots robots"]
-    peaks: Peaks
+    profile: Float[np.ndarray, "links grid"]
 
 
 def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
@@ -68,7 +69,9 @@ def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
         wall=Slab(cfg.wall_material, cfg.wall_thickness_m),
         obstacle=Slab(cfg.obstacle_material, cfg.obstacle_thickness_m),
     )
-    world = World(layout, layout.faces_m, surfaces, Arena(layout, cfg))
+    faces_m = layout.faces_m
+    edges_m = np.concatenate([layout.walls_m, faces_m])
+    world = World(layout, faces_m, edges_m, surfaces, Arena(layout, cfg))
     cells = reveal(
         empty_map(layout, cfg.size_m), layout.starts[:, :2], range_m=scenario.sensing.sensor_range_m
     )
@@ -121,7 +124,7 @@ def _moved(truth: Truth, drive: Drive, scenario: Scenario) -> Truth:
     return Truth(
         poses=np.concatenate([truth.poses, drive.poses[:, None]], axis=1),
         bumps=truth.bumps + drive.bumped,
-        distance_m=truth.distance_m + np.linalg.norm(p_m - truth.poses[:, -1, :2], axis=1),
+        distance_m=truth.distance_m + np.hypot(*(p_m - truth.poses[:, -1, :2]).T),
         cells=reveal(truth.cells, p_m, range_m=scenario.sensing.sensor_range_m),
     )
 
@@ -155,11 +158,16 @@ def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, s
     belief = replace(
         belief,
         edges=_told_where_linked(edges, belief.estimate, links.rate_mbit_s >= link.q_mbit_s),
-        lidar_m=world.arena.lidar(poses),
+        lidar_m=scan(
+            poses,
+            world.edges_m,
+            robot_radius_m=scenario.arena.robot_radius_m,
+            range_m=scenario.arena.lidar_range_m,
+        ),
         esnr_db=links.esnr_db,
         rate_mbit_s=links.rate_mbit_s,
         slots=heard.slots,
-        profile=heard.profile,
+        profile=heard.by_slot,
         observed=belief.observed + seen,
         met=(),
     )
@@ -194,12 +202,12 @@ def _listened(
     receiver, sender = np.nonzero(wanted)
     row = np.full((n, n), NOBODY)
     row[receiver, sender] = np.arange(len(receiver))
-    heard = listen(
+    profile = listen(
         links, receiver, sender, yaw_rad, radio=scenario.radio, turn=scenario.turn, rng=streams.channel
     )
-    profile = np.zeros((*slots.shape, heard.profile.shape[1]), dtype=np.float32)
-    profile[robot, slot] = heard.profile[row[robot, slots[robot, slot]]]
-    return Listening(slots, profile, row, heard.peaks)
+    by_slot = np.zeros((*slots.shape, scenario.turn.n_azimuths), dtype=np.float32)
+    by_slot[robot, slot] = profile[row[robot, slots[robot, slot]]]
+    return Listening(slots, by_slot, row, profile)
 
 
 def _measured(
@@ -235,7 +243,8 @@ def _weights(others: RelativePoses, heard: Listening, scenario: Scenario) -> Flo
         return np.ones(len(others.z))
     rows = heard.row[others.tail[:, 0], others.head[:, 0]]
     reported = bearing(others.z)
-    closest = closest_peak(Peaks(*(column[rows] for column in heard.peaks)), reported)
+    peaks = find_peaks(heard.profile[rows], n_peaks=scenario.turn.n_peaks)
+    closest = closest_peak(peaks, reported)
     weight = paper_weights(reported, closest, sigma_rad=cfg.aoa_sigma_rad, gate_rad=cfg.aoa_gate_rad)
     return np.where(rows == NOBODY, 1.0, weight)
 

@@ -17,7 +17,10 @@ def rotate(yaw_rad: Float[np.ndarray, "..."], v_m: Float[np.ndarray, "... 2"]) -
     """Rotate vectors by ``yaw_rad`` (broadcasts over leading axes)."""
     c, s = np.cos(yaw_rad), np.sin(yaw_rad)
     x, y = v_m[..., 0], v_m[..., 1]
-    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+    turned_x = c * x - s * y
+    out = np.empty((*turned_x.shape, 2))
+    out[..., 0], out[..., 1] = turned_x, s * x + c * y
+    return out
 
 
 def compose(

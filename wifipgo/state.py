@@ -15,10 +15,19 @@ from wifipgo.world.layout import Layout
 
 
 class World(NamedTuple):
-    """What stands still during an episode, and the engine that moves the rest."""
+    """What stands still during an episode, and the engine that moves the rest.
+
+    Attributes:
+        layout: Walls, obstacles and starts.
+        faces_m: Edges of the obstacles.
+        edges_m: The same and the walls.
+        surfaces: What the radio sees of them.
+        arena: The engine.
+    """
 
     layout: Layout
     faces_m: Float[np.ndarray, "faces 2 2"]
+    edges_m: Float[np.ndarray, "edges 2 2"]
     surfaces: Surfaces
     arena: Arena
 

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo.radio import aoa, csi, link
-from wifipgo.radio.aoa import AoaConfig, Peaks
+from wifipgo.radio.aoa import AoaConfig
 from wifipgo.radio.csi import RadioConfig
 from wifipgo.radio.paths import Paths, Surfaces, trace_paths
 
@@ -29,13 +29,6 @@ class Links(NamedTuple):
     rate_mbit_s: Float[np.ndarray, "robots robots"]
     paths: Paths
     row: Int[np.ndarray, "robots robots"]
-
-
-class Heard(NamedTuple):
-    """AOA profiles in the receivers' body frames, and their peaks, one row per link."""
-
-    profile: Float[np.ndarray, "links grid"]
-    peaks: Peaks
 
 
 def probe_links(p_m: Float[np.ndarray, "robots 2"], surfaces: Surfaces, cfg: RadioConfig) -> Links:
@@ -86,7 +79,7 @@ def listen(
     radio: RadioConfig,
     turn: AoaConfig,
     rng: np.random.Generator,
-) -> Heard:
+) -> Float[np.ndarray, "links grid"]:
     """Profiles of chosen links from the packets that arrive while the receivers turn.
 
     Args:
@@ -99,7 +92,7 @@ def listen(
         rng: The channel's stream.
 
     Returns:
-        One profile per link, in [0, 1].
+        One profile per link, in [0, 1], in the receiver's body frame.
     """
     paths = _towards(links, receiver, sender)
     relative, steering = _schedule(turn, radio.wavelength_m)
@@ -107,5 +100,4 @@ def listen(
     channel = csi.pair_csi(paths, heading, antenna_gap_m=turn.antenna_gap_m, wavelength_m=radio.wavelength_m)
     received = csi.received_csi(channel, snr_scale=radio.snr_scale, rng=rng)
     signal = aoa.ESTIMATORS[turn.aoa_estimator](received)
-    profile = aoa.bartlett_profiles(signal, steering)
-    return Heard(profile, aoa.find_peaks(profile, n_peaks=turn.n_peaks))
+    return aoa.bartlett_profiles(signal, steering)

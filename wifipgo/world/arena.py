@@ -1,4 +1,4 @@
-"""The only place that knows pymunk: robots that drive, bump and look around.
+"""The only place that knows pymunk: robots that drive and bump.
 
 Bodies never leave this module; positions come and go as arrays through
 ``pymunk.batch``, whose rows are in the space's own order and end with the static body.
@@ -14,13 +14,11 @@ from jaxtyping import Bool, Float
 from wifipgo import se2
 from wifipgo.world.layout import ArenaConfig, Layout
 
-N_LIDAR_RAYS = 16
 _COMMANDS_PER_DRIVE = 4
 _SETTLE_SUBSTEPS = 3
 # An arrival that misses its waypoint by more than this was a bump.
 _MISS_M = 0.02
 _GRIP = 0.4
-_ROBOT, _STATIC = 0b01, 0b10
 
 
 class Drive(NamedTuple):
@@ -45,9 +43,6 @@ class Arena:
         self._buffer = pymunk.batch.Buffer()
         self._rows = self._batch_rows(bodies)
         self._velocity = np.zeros((len(bodies) + 1, 2))
-        angle = 2.0 * np.pi / N_LIDAR_RAYS * np.arange(N_LIDAR_RAYS)
-        self._rays = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        self._lidar_filter = pymunk.ShapeFilter()
 
     def _add_static(self, layout: Layout) -> None:
         """Walls grow outwards and are thick, so that nothing tunnels through them."""
@@ -64,7 +59,6 @@ class Arena:
     @staticmethod
     def _static(shape: pymunk.Shape) -> pymunk.Shape:
         shape.friction, shape.elasticity = _GRIP, 0.0
-        shape.filter = pymunk.ShapeFilter(categories=_STATIC)
         return shape
 
     def _add_robot(self, start: np.ndarray) -> pymunk.Body:
@@ -73,7 +67,6 @@ class Arena:
         body.position = (float(start[0]), float(start[1]))
         shape = pymunk.Circle(body, self._cfg.robot_radius_m)
         shape.friction, shape.elasticity = _GRIP, 0.0
-        shape.filter = pymunk.ShapeFilter(categories=_ROBOT)
         self._space.add(body, shape)
         return body
 
@@ -117,7 +110,7 @@ class Arena:
         Returns:
             True poses after drive and turn, and who missed its waypoint.
         """
-        length = np.linalg.norm(waypoints, axis=1, keepdims=True)
+        length = np.hypot(waypoints[:, :1], waypoints[:, 1:])
         goal_m = self._cfg.step_m * waypoints / np.maximum(length, 1.0)
         target_m = se2.apply(poses, goal_m)
         rounds = _COMMANDS_PER_DRIVE
@@ -134,20 +127,5 @@ class Arena:
         moved = length[:, 0] > 1e-6
         yaw_rad = poses[:, 2] + np.where(moved, np.arctan2(waypoints[:, 1], waypoints[:, 0]), 0.0)
         yaw_rad = se2.wrap_angle(yaw_rad + self._cfg.turn_rad)
-        bumped = np.linalg.norm(p_m - target_m, axis=1) > _MISS_M
+        bumped = np.hypot(*(p_m - target_m).T) > _MISS_M
         return Drive(np.concatenate([p_m, yaw_rad[:, None]], axis=1), bumped)
-
-    def lidar(self, poses: Float[np.ndarray, "robots 3"]) -> Float[np.ndarray, "robots rays"]:
-        """Free distance from each robot's hull along its rays, counter-clockwise from ahead, m.
-
-        Sees walls, obstacles and other robots, up to ``lidar_range_m``.
-        """
-        reach_m, start_m = self._cfg.lidar_range_m, self._cfg.robot_radius_m + 1e-3
-        rays = se2.rotate(poses[:, None, 2], self._rays[None])
-        origin_m = poses[:, None, :2]
-        begin, end = origin_m + start_m * rays, origin_m + (start_m + reach_m) * rays
-        cast, seen = self._space.segment_query_first, self._lidar_filter
-        pairs = np.concatenate([begin, end], axis=-1).reshape(-1, 4).tolist()
-        hits = (cast((ax, ay), (bx, by), 0.0, seen) for ax, ay, bx, by in pairs)
-        free = np.array([1.0 if hit is None else hit.alpha for hit in hits])
-        return reach_m * free.reshape(len(poses), N_LIDAR_RAYS)

@@ -1,0 +1,75 @@
+"""Lidar as a function of what stands where: rays against edges and against discs."""
+
+import numpy as np
+from jaxtyping import Float
+
+from wifipgo import segments
+
+N_LIDAR_RAYS = 16
+# Rays start this far outside the hull, so that touching robots do not blind each other.
+_GAP_M = 1e-3
+
+
+def ray_directions(yaw_rad: Float[np.ndarray, " robots"]) -> Float[np.ndarray, "robots rays 2"]:
+    """Unit vectors of every robot's rays in the world, counter-clockwise from ahead."""
+    angle_rad = yaw_rad[:, None] + 2.0 * np.pi / N_LIDAR_RAYS * np.arange(N_LIDAR_RAYS)
+    return np.stack([np.cos(angle_rad), np.sin(angle_rad)], axis=-1)
+
+
+def scan(
+    poses: Float[np.ndarray, "robots 3"],
+    edges_m: Float[np.ndarray, "edges 2 2"],
+    *,
+    robot_radius_m: float,
+    range_m: float,
+) -> Float[np.ndarray, "robots rays"]:
+    """Free distance from each robot's hull along its rays, up to ``range_m``.
+
+    Args:
+        poses: ``T_world_robot``.
+        edges_m: Walls and edges of obstacles.
+        robot_radius_m: Radius of every robot's hull.
+        range_m: How far the rays reach.
+
+    Returns:
+        Distance to the nearest edge or other robot, m.
+    """
+    rays, p_m = ray_directions(poses[:, 2]), poses[:, :2]
+    start_m = p_m[:, None] + (robot_radius_m + _GAP_M) * rays
+    reach_m = robot_radius_m + _GAP_M + range_m
+    robot, edge = np.nonzero(segments.distance_to_segments(p_m, edges_m) <= reach_m)
+    away_m = np.hypot(*(p_m[:, None] - p_m[None]).T)
+    seer, other = np.nonzero((away_m <= reach_m + robot_radius_m) & ~np.eye(len(p_m), dtype=bool))
+    free_m = np.full(rays.shape[:2], range_m)
+    np.minimum.at(free_m, robot, _to_edges(start_m[robot], rays[robot], edges_m[edge]))
+    np.minimum.at(free_m, seer, _to_discs(start_m[seer], rays[seer], p_m[other], robot_radius_m))
+    return free_m
+
+
+def _to_edges(
+    start_m: Float[np.ndarray, "pairs rays 2"],
+    rays: Float[np.ndarray, "pairs rays 2"],
+    edges_m: Float[np.ndarray, "pairs 2 2"],
+) -> Float[np.ndarray, "pairs rays"]:
+    """Distance along each ray to its edge, inf where it misses, m."""
+    along = (edges_m[:, 1] - edges_m[:, 0])[:, None]
+    gap = edges_m[:, None, 0] - start_m
+    det = segments.cross(rays, along)
+    safe = np.where(det == 0.0, 1.0, det)
+    distance_m, share = segments.cross(gap, along) / safe, segments.cross(gap, rays) / safe
+    hit = (det != 0.0) & (distance_m >= 0.0) & (share >= 0.0) & (share <= 1.0)
+    return np.where(hit, distance_m, np.inf)
+
+
+def _to_discs(
+    start_m: Float[np.ndarray, "pairs rays 2"],
+    rays: Float[np.ndarray, "pairs rays 2"],
+    centre_m: Float[np.ndarray, "pairs 2"],
+    radius_m: float,
+) -> Float[np.ndarray, "pairs rays"]:
+    """Distance along each ray to its disc, 0 from inside, inf where it misses, m."""
+    gap = centre_m[:, None] - start_m
+    along_m = (gap * rays).sum(axis=-1)
+    inside = radius_m**2 - segments.cross(gap, rays) ** 2
+    distance_m = np.maximum(along_m - np.sqrt(np.maximum(inside, 0.0)), 0.0)
+    return np.where((inside >= 0.0) & (along_m > 0.0), distance_m, np.inf)
