@@ -3,6 +3,8 @@
 from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
+import numpy as np
+
 T = TypeVar("T")
 
 
@@ -31,7 +33,7 @@ def pick(table: Mapping[str, T], name: str, kind: str) -> T:
     return table[name]
 
 
-def require(holds: bool, field: str, rule: str, value: object) -> None:
+def require(holds: bool | np.bool_, field: str, rule: str, value: object) -> None:
     """Raise `ValueError` naming the field, the rule and the value unless ``holds``."""
     if not holds:
         raise ValueError(f"{field} must be {rule}, got {value!r}")

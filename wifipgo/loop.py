@@ -154,7 +154,7 @@ def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, s
     seen = robots_in_view(poses, world.faces_m, range_m=scenario.sensing.sensor_range_m)
     heard = _listened(links, belief.calls, seen, poses[:, 2], scenario=scenario, streams=streams)
     found = _measured(truth, belief, seen, heard, world=world, scenario=scenario, streams=streams)
-    edges = extended(belief.edges, found)
+    edges = extended(belief.edges, *found)
     belief = replace(
         belief,
         edges=_told_where_linked(edges, belief.estimate, links.rate_mbit_s >= link.q_mbit_s),
@@ -219,8 +219,8 @@ def _measured(
     world: World,
     scenario: Scenario,
     streams: Streams,
-) -> Edges:
-    """Relative poses of this iteration (Eq. 2), weighted by what was heard if the scenario asks for it."""
+) -> tuple[Edges, Edges]:
+    """Relative poses of robots and of places (Eq. 2); the former weighted if the scenario asks for it."""
     cfg = scenario.sensing
     others = observe_robots(
         truth.poses[:, -1], belief.t, seen, cfg=cfg, rng=streams.sensing, outlier_rng=streams.outliers
@@ -228,7 +228,7 @@ def _measured(
     places = observe_own_places(truth.poses, world.faces_m, cfg=cfg, rng=streams.sensing)
     weight = _weights(others, heard, scenario)
     told = belief.estimate[others.head[:, 0], others.head[:, 1]]
-    return extended(
+    return (
         Edges.measured(
             tail=others.tail, head=others.head, z=others.z, sigma=others.sigma, weight=weight, told=told
         ),

@@ -85,9 +85,10 @@ class Edges:
         return self.tail[:, 0] != self.head[:, 0]
 
 
-def extended(edges: Edges, more: Edges) -> Edges:
+def extended(edges: Edges, *more: Edges) -> Edges:
     """Append measurements."""
-    return _by_field(np.concatenate((getattr(edges, f), getattr(more, f))) for f in _NAMES)
+    parts = (edges, *more)
+    return _by_field(np.concatenate([getattr(part, f) for part in parts]) for f in _NAMES)
 
 
 def select(edges: Edges, rows: Bool[np.ndarray, " edges"] | Int[np.ndarray, " rows"]) -> Edges:
