@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 
 from baselines._adaptive import step_length, strongest_bearing
+from baselines._specs import fitting, parameters_of, split_spec
 from baselines._view import View
 from baselines._walks import random_step, step_towards
 from envs.rendezvous_v0 import layout
@@ -18,6 +19,7 @@ Observations = Mapping[str, Float[np.ndarray, " numbers"]]
 Actions = dict[str, Float[np.ndarray, "3"]]
 
 
+@runtime_checkable
 class Policy(Protocol):
     """Drives a whole team."""
 
@@ -113,10 +115,17 @@ POLICIES: Mapping[str, Callable[..., Policy]] = MappingProxyType(
 )
 
 
-def make_policy(name: str, scenario: Scenario, **parameters: Any) -> Policy:
-    """Build a policy by name.
+def make_policy(spec: str, scenario: Scenario, **parameters: Any) -> Policy:
+    """Build a policy from its name, with parameters if any: ``active:err_threshold=0.5``.
+
+    Args:
+        spec: ``name`` or ``name:key=value:key=value``.
+        scenario: Gives the layout of the observations.
+        parameters: More parameters of the policy; they win over those in ``spec``.
 
     Raises:
-        ValueError: Unknown policy; the message lists what exists.
+        ValueError: Unknown policy or parameter; the message lists what exists.
     """
-    return pick(POLICIES, name, "policy")(scenario, **parameters)
+    name, own = split_spec(spec)
+    policy = pick(POLICIES, name, "policy")
+    return policy(scenario, **fitting(name, own | parameters, parameters_of(policy)))

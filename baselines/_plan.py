@@ -1,0 +1,113 @@
+"""What an evaluation runs: scenario, policies, trials and seed; and its record on disk."""
+
+import json
+import platform
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, fields
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from baselines._episodes import trial_seed
+from baselines.policies import make_policy
+from envs.rendezvous_v0 import parallel_env
+from wifipgo.errors import require
+from wifipgo.scenarios import SCENARIOS, Scenario
+
+_PACKAGES = ("wifipgo", "numpy", "gtsam", "pymunk", "pettingzoo")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """Every policy on every trial; trial k has the same seed for all policies.
+
+    Attributes:
+        scenario: What is played.
+        policies: Specs, in the order of tables and pictures.
+        trials: Worlds that every policy meets.
+        seed: Root of the seeds of all trials.
+    """
+
+    scenario: Scenario
+    policies: tuple[str, ...]
+    trials: int
+    seed: int
+
+    def __post_init__(self) -> None:
+        """Refuse, before anything runs, what could not run."""
+        require(self.trials >= 1, "trials", ">= 1", self.trials)
+        require(self.seed >= 0, "seed", ">= 0", self.seed)
+        require(bool(self.policies), "policies", "one or more, separated by commas", self.policies)
+        require(len(set(self.policies)) == len(self.policies), "policies", "all different", self.policies)
+        for policy in self.policies:
+            make_policy(policy, self.scenario)
+        parallel_env(scenario=self.scenario).reset(seed=trial_seed(self.seed, 0))
+
+    @property
+    def title(self) -> str:
+        """Name of the scenario, and what was changed in it."""
+        named = SCENARIOS.get(self.scenario.name)
+        if named is None or named == self.scenario:
+            return self.scenario.name
+        changed = [
+            f"{n.split('.')[-1]}={now}" for n, _, now in differences(asdict(named), asdict(self.scenario))
+        ]
+        return f"{self.scenario.name} ({', '.join(changed[:3])}{', ...' if len(changed) > 3 else ''})"
+
+    @property
+    def reference(self) -> str:
+        """Policy that the others are compared with: ``active``, or the first."""
+        return "active" if "active" in self.policies else self.policies[0]
+
+    def record(self) -> dict[str, Any]:
+        """All that decides the results, as plain JSON values."""
+        values = asdict(self) | {"versions": _versions()}
+        return json.loads(json.dumps(values, allow_nan=False))
+
+
+def _versions() -> dict[str, str]:
+    return {"python": platform.python_version()} | {name: metadata.version(name) for name in _PACKAGES}
+
+
+def read_record(path: Path) -> dict[str, Any]:
+    """Read a ``config.json``.
+
+    Raises:
+        ValueError: It is not one; the message names the file.
+    """
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as problem:
+        raise ValueError(f"{path} is not JSON: {problem}") from problem
+    needed = {field.name for field in fields(Plan)}
+    found = set(record) if isinstance(record, dict) else set()
+    require(needed <= found, str(path), f"a config.json with {', '.join(sorted(needed))}", sorted(found))
+    return record
+
+
+def scenario_from(values: Mapping[str, Any]) -> Scenario:
+    """Build a scenario back from its record.
+
+    Raises:
+        ValueError: A field that does not exist, or a value that is refused.
+    """
+    parts: dict[str, Any] = {f.name: f.default_factory for f in fields(Scenario)}
+    try:
+        return Scenario(
+            **{k: parts[k](**_tuples(v)) if isinstance(v, dict) else v for k, v in values.items()}
+        )
+    except TypeError as problem:
+        raise ValueError(f"saved scenario does not fit this version: {problem}") from problem
+
+
+def _tuples(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: tuple(v) if isinstance(v, list) else v for name, v in values.items()}
+
+
+def differences(one: Any, other: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
+    """Dotted names of the fields in which two records differ, with both values."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        for key in sorted(one.keys() | other.keys()):
+            yield from differences(one.get(key), other.get(key), f"{name}.{key}" if name else key)
+    elif one != other:
+        yield name, one, other

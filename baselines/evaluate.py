@@ -1,0 +1,136 @@
+"""Policies against each other on the same worlds: ``python -m baselines.evaluate --help``."""
+
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from baselines import _results
+from baselines._config import EvaluateConfig, command_of, parsed, plan_of
+from baselines._episodes import Episode, run_episode, trial_seed
+from baselines._plan import Plan
+from baselines._report import announce, report, say
+from baselines._statistics import Estimate, Paired, Summary, summarise
+from baselines._workers import Task, cores, run_all
+from wifipgo.errors import require
+
+__all__ = [
+    "Episode",
+    "EpisodesFailedError",
+    "Estimate",
+    "EvaluateConfig",
+    "Paired",
+    "Summary",
+    "evaluate",
+    "main",
+    "run_episode",
+]
+
+
+class EpisodesFailedError(RuntimeError):
+    """Some episodes raised; the others are kept."""
+
+    def __init__(self, lines: Sequence[str], partial: Path) -> None:
+        """Name the first few episodes and say how to go on."""
+        shown = [f"failed: {line}" for line in lines[:3]]
+        shown += [f"and {len(lines) - 3} more"] if len(lines) > 3 else []
+        hint = f"traces: {partial / 'failures.txt'}; the others are kept: --resume runs what is missing"
+        super().__init__("\n".join([*shown, hint]))
+
+
+def evaluate(config: EvaluateConfig, *, console: Console | None = None) -> Summary:
+    """Run, or continue, an evaluation and write its results.
+
+    With more than one job, call it under ``if __name__ == "__main__":``, as
+    every program that starts processes.
+
+    Args:
+        config: What to run and where the results go.
+        console: Where to print; nowhere if None.
+
+    Raises:
+        ValueError: A setting that is refused; nothing was written.
+        OSError: A folder that cannot be written.
+        EpisodesFailedError: Some episodes raised; the others are kept for ``resume``.
+    """
+    console = console or Console(quiet=True)
+    plan, out, jobs = plan_of(config), config.out.resolve(), config.jobs or cores()
+    require(jobs >= 1, "jobs", ">= 0", config.jobs)
+    record = plan.record() | {"command": command_of(config)}
+    if config.resume and _results.is_complete(out) and not _results.partial_of(out).exists():
+        _results.refuse_other(out / "config.json", record, "the results there are of other settings")
+        summary = summarise(pd.read_parquet(out / "episodes.parquet"), plan)
+    else:
+        partial = _results.claim(out, record, overwrite=config.overwrite, resume=config.resume)
+        _run_missing(plan, partial, jobs=jobs, console=console)
+        summary = _publish(plan, partial, out, record)
+    report(summary, plan, out=str(config.out), console=console)
+    return summary
+
+
+def _run_missing(plan: Plan, partial: Path, *, jobs: int, console: Console) -> None:
+    """Run the episodes that are not there yet.
+
+    Raises:
+        EpisodesFailedError: Some raised; their traces are in ``failures.txt``.
+    """
+    tasks = [task for task in _tasks(plan, partial) if not _results.is_done(task.path)]
+    announce(plan, jobs=min(jobs, max(len(tasks), 1)), n_left=len(tasks), console=console)
+    columns = (TextColumn("episodes"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True, quiet=console.quiet)) as progress:
+        bar = progress.add_task("", total=len(tasks))
+        failures = run_all(tasks, jobs=jobs, on_done=lambda: progress.advance(bar))
+    if failures:
+        (partial / "failures.txt").write_text("\n".join(f.trace for f in failures), encoding="utf-8")
+        raise EpisodesFailedError([failure.line for failure in failures], partial)
+
+
+def _tasks(plan: Plan, partial: Path) -> list[Task]:
+    """Every episode, trial by trial."""
+    return [
+        Task(plan.scenario, policy, trial, seed, _results.episode_path(partial, place, trial))
+        for trial, seed in enumerate(trial_seed(plan.seed, k) for k in range(plan.trials))
+        for place, policy in enumerate(plan.policies)
+    ]
+
+
+def _publish(plan: Plan, partial: Path, out: Path, record: Mapping[str, Any]) -> Summary:
+    """Write tables and pictures beside the episodes, then rename them to ``out``."""
+    from baselines import _pictures  # noqa: PLC0415 (matplotlib loads slowly, and only here)
+
+    episodes = [Episode.load(task.path) for task in sorted(_tasks(plan, partial), key=lambda t: t.path)]
+    summary = summarise(_results.episodes_frame(episodes), plan)
+    staging = _results.clean_staging(partial)
+    _results.write_tables(staging, episodes, summary, record)
+    _pictures.draw_err(staging / "err.png", plan, episodes)
+    _pictures.draw_arena(staging / "arena.png", plan, episodes)
+    _results.publish(staging, out)
+    return summary
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run from the command line; 0 done, 1 episodes failed, 2 refused, 130 interrupted."""
+    console, errors = Console(), Console(stderr=True)
+    try:
+        evaluate(parsed(args), console=console)
+    except EpisodesFailedError as failure:
+        say(errors, str(failure))
+        return 1
+    except OSError as failure:
+        say(errors, f"error: {failure.filename or 'system'}: {failure.strerror or failure}")
+        return 2
+    except ValueError as failure:
+        say(errors, f"error: {failure}")
+        return 2
+    except KeyboardInterrupt:
+        say(errors, "interrupted; finished episodes are kept: the same command with --resume continues")
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
