@@ -1,5 +1,6 @@
 """Table and picture of bearings from recordings. The only room of the radio that draws."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,7 +15,6 @@ from rich.table import Table
 from wifipgo.radio.aoa import azimuth_grid, closest_peak
 from wifipgo.radio.aperture import Bearing
 from wifipgo.radio.wsr import Link
-from wifipgo.se2 import wrap_angle
 
 WIDTH_CHARACTERS = 118  # where the output is not a terminal
 OURS, TRUTH, TOOLBOX, OTHER = "#1f6fb4", "#d4570b", "#6b7280", "#9dbfdd"
@@ -23,8 +23,8 @@ TOOLBOX_COLUMNS = ("toolbox", "its error")
 
 
 def error_deg(azimuth_rad: float, link: Link) -> float:
-    """Estimate minus truth, degrees in [-180, 180)."""
-    return float(np.rad2deg(wrap_angle(np.array(azimuth_rad - link.truth_rad))))
+    """Estimate minus truth, degrees in [-180, 180]."""
+    return math.degrees(math.remainder(azimuth_rad - link.truth_rad, math.tau))
 
 
 def closest_rad(link: Link, found: Bearing) -> float:
@@ -45,10 +45,10 @@ def link_table(links: Sequence[Link], bearings: Sequence[Bearing], *, title: str
     """One line a link, angles in degrees."""
     toolbox = any(link.toolbox_rad for link in links)
     caption = (
-        "Degrees in the map frame. bearing: top peak. closest: of the 5 highest peaks the nearest to the truth, "
-        "an oracle's choice. truth: from the mean aperture position. error: bearing - truth. height: share of "
-        "the signal's power that the top peak explains. 2nd/1st: second peak over the top one; near 1 the "
-        "bearing is a toss-up."
+        "Degrees in the map frame. bearing: top peak. closest: of the highest peaks the nearest to truth, "
+        "an oracle's choice. truth: from the mean aperture position. error: bearing - truth. height: share "
+        "of the signal's power that the top peak explains. 2nd/1st: second peak over the top one; near 1 "
+        "the bearing is a toss-up."
     )
     table = Table(title=f"Bearings, {title}", caption=caption, caption_justify="left")
     for name in COLUMNS + TOOLBOX_COLUMNS * toolbox:

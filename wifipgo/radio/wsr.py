@@ -8,18 +8,18 @@ The truth of a link is the bearing from the *mean* position of the aperture to t
 transmitter; the toolbox itself takes it from the first moving pose.
 """
 
-import json
 import zipfile
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int, Shaped
 
 from wifipgo.errors import RecordingError, pick
+from wifipgo.radio._wsr_files import Motion, entry, first_file, from_json, number, read_motion, some_files
 from wifipgo.radio.intel5300 import HOST_STAMPED, N_SUBCARRIERS, CsiLog, read_csi_log
 from wifipgo.radio.materials import SPEED_OF_LIGHT_M_S
 
@@ -30,7 +30,6 @@ MACS = {
     "tx4": "00:21:6a:b2:6e:fa",
 }
 PACK_CHANNEL = 108  # packs do not name their Wi-Fi channel; all known ones were recorded on this one
-MOVED_M = 0.006  # the receiver moves from when to when any coordinate is this far from its rest
 MAX_GAP_S = 0.5  # a log that leaves out more than this of either end of the motion was cut
 TRUTH_FILE = "groundtruth_positions.json"
 
@@ -51,13 +50,6 @@ class Link:
     toolbox_rad: tuple[float, ...] = ()  # the toolbox's released peaks, its top one first
 
 
-class Motion(NamedTuple):
-    """Motion capture of the receiver while it moves, map frame."""
-
-    time_s: Float[np.ndarray, " samples"]
-    position_m: Float[np.ndarray, "samples 3"]
-
-
 def wavelength_m(channel: int) -> float:
     """Wavelength of a 5 GHz Wi-Fi channel, m."""
     return SPEED_OF_LIGHT_M_S / (5.0e9 + 5.0e6 * channel)
@@ -70,58 +62,46 @@ def read_links(path: Path) -> list[Link]:
         OSError: If a file is missing.
         ValueError: If a file is not what it should be; `RecordingError` says at which byte.
     """
+    links = [link for part in _parts(path) for link in part]
+    if not links:
+        raise ValueError(f"{path}: no links in it")
+    return links
+
+
+def _parts(path: Path) -> Iterator[list[Link]]:
+    """Links of each pack or run that a path stands for."""
     if path.is_file():
-        return read_pack(path)
+        yield read_pack(path)
+        return
     if not path.is_dir():
         raise FileNotFoundError(f"{path}: no such file or folder")
-    if any(path.glob("csi_rx_*.dat")):
-        return read_run(path)
-    packs = sorted(path.glob("*.npz"))
-    runs = sorted({log.parent for log in path.glob("**/csi_rx_*.dat")})
+    packs = [] if any(path.glob("csi_rx_*.dat")) else sorted(path.glob("*.npz"))
+    runs = [] if packs else sorted({log.parent for log in path.rglob("csi_rx_*.dat")})
     if not packs and not runs:
         raise FileNotFoundError(f"{path}: no csi_rx_*.dat log and no .npz pack in this folder")
-    read = [read_pack(pack) for pack in packs] or [read_run(run) for run in runs]
-    return [link for links in read for link in links]
+    yield from map(read_pack, packs)
+    yield from map(read_run, runs)
 
 
 def read_pack(path: Path) -> list[Link]:
     """Links of a pack: keys ``meta`` (JSON) and, for link n, ``f{n}``, ``r{n}`` and ``p{n}``."""
     try:
-        with np.load(path) as pack:
+        with path.open("rb") as file, np.load(file) as pack:
             arrays = {name: pack[name] for name in pack.files}
     except (zipfile.BadZipFile, zlib.error, EOFError, ValueError, AttributeError, TypeError) as error:
         raise RecordingError(str(path), 0, "a whole .npz pack", str(error) or "a cut file") from error
-    links = _from_json(str(_at(arrays, "meta", path)), path)
+    links = from_json(str(entry(arrays, "meta", path)), path)
+    if not isinstance(links, list):
+        raise ValueError(f"{path}: key 'meta' is not a list of links")
     return [_packed_link(arrays, n, about, path) for n, about in enumerate(links)]
 
 
 def read_run(folder: Path) -> list[Link]:
     """Links of the runs in a raw folder, one for each ``csi_tx*`` log."""
-    truth = _only(folder, TRUTH_FILE)
-    about = _from_json(truth.read_text("utf-8"), truth)
+    truth = first_file(folder, TRUTH_FILE)
+    about = from_json(truth.read_text("utf-8"), truth)
     stamps = [log.stem.removeprefix("csi_rx_") for log in sorted(folder.glob("csi_rx_*.dat"))]
     return [link for stamp in stamps for link in _run_links(folder, stamp, about)]
-
-
-def read_motion(path: Path) -> Motion:
-    """Motion capture of a run, cut to the moving interval.
-
-    Columns: seconds, nanoseconds to add, x, y, z in metres. The interval starts with the
-    first sample that is more than 6 mm from the first one in any coordinate, and ends
-    before the last sample that is that far from the last one.
-    """
-    try:
-        table = np.loadtxt(path, delimiter=",", usecols=range(5), ndmin=2)
-    except ValueError as error:
-        raise ValueError(f"{path}: not a table of time and position: {error}") from error
-    time_s, position_m = table[:, 0] + 1e-9 * table[:, 1], table[:, 2:]
-    order = np.argsort(time_s, kind="stable")
-    time_s, position_m = time_s[order], position_m[order]
-    left = np.flatnonzero(np.any(np.abs(position_m - position_m[:1]) > MOVED_M, axis=1))
-    arriving = np.flatnonzero(np.any(np.abs(position_m - position_m[-1:]) > MOVED_M, axis=1))
-    if len(left) == 0 or arriving[-1] <= left[0]:
-        raise ValueError(f"{path}: the receiver never moves more than {1e3 * MOVED_M:.0f} mm")
-    return Motion(time_s[left[0] : arriving[-1]], position_m[left[0] : arriving[-1]])
 
 
 def pair(
@@ -146,17 +126,17 @@ def pair(
 def _run_links(folder: Path, stamp: str, about: Any) -> Iterator[Link]:
     """The links of one run."""
     truth = folder / TRUTH_FILE
-    motion = read_motion(_only(folder, f"rx_trajectory_{stamp}*.csv"))
-    received_path = _only(folder, f"csi_rx_{stamp}.dat")
+    motion = read_motion(first_file(folder, f"rx_trajectory_{stamp}*.csv"))
+    received_path = first_file(folder, f"csi_rx_{stamp}.dat")
     received = _host_stamped(received_path)
-    channel, place, targets = (
-        _at(_at(about, name, truth), "value", truth)
-        for name in ("channel", "true_rx_position", "true_tx_positions")
+    channel = number(entry(about, "channel", truth), "value", truth)
+    place, targets = (
+        entry(entry(about, name, truth), "value", truth) for name in ("true_rx_position", "true_tx_positions")
     )
-    for path in _some(folder, f"csi_tx*_{stamp}.dat"):
+    for path in some_files(folder, f"csi_tx*_{stamp}.dat"):
         name = path.stem.removeprefix("csi_").removesuffix(f"_{stamp}")
-        spot = _at(_at(targets, name, truth), "position", truth)
-        away_m = [float(_at(spot, axis, truth)) for axis in "xyz"] - motion.position_m.mean(axis=0)
+        spot = entry(entry(targets, name, truth), "position", truth)
+        away_m = [number(spot, axis, truth) for axis in "xyz"] - motion.position_m.mean(axis=0)
         answered = _host_stamped(path)
         forward, reverse = pair(received, answered, transmitter_mac=pick(MACS, name, "transmitter"))
         time_s = received.time_s[forward]
@@ -170,7 +150,7 @@ def _run_links(folder: Path, stamp: str, about: Any) -> Iterator[Link]:
             forward=received.csi[forward[kept], :, 0, 0],
             reverse=answered.csi[reverse[kept], :, 0, 0],
             displacement_m=_displacement(time_s[kept], motion),
-            wavelength_m=wavelength_m(int(channel)),
+            wavelength_m=wavelength_m(round(channel)),
             truth_rad=float(np.arctan2(away_m[1], away_m[0])),
         )
 
@@ -205,20 +185,22 @@ def _displacement(time_s: Float[np.ndarray, " packets"], motion: Motion) -> Floa
 
 def _packed_link(arrays: dict[str, np.ndarray], n: int, about: Any, path: Path) -> Link:
     """Link n of a pack."""
-    forward, reverse, displacement_m = (_at(arrays, f"{letter}{n}", path) for letter in "frp")
+    forward, reverse, displacement_m = (entry(arrays, f"{letter}{n}", path) for letter in "frp")
     n_packets = len(displacement_m)
     if not forward.shape == reverse.shape == (n_packets, N_SUBCARRIERS, 2) or n_packets < 2:
         raise ValueError(f"{path}: shapes of f{n} {forward.shape}, r{n} {reverse.shape}, p{n} do not fit")
+    if not np.isfinite(displacement_m).all():
+        raise ValueError(f"{path}: p{n} must hold finite numbers")
     return Link(
-        set_name=str(_at(about, "set", path)),
-        place=str(_at(about, "loc", path)),
-        stamp=str(_at(about, "stamp", path)),
-        transmitter=str(_at(about, "tx", path)),
+        set_name=str(entry(about, "set", path)),
+        place=str(entry(about, "loc", path)),
+        stamp=str(entry(about, "stamp", path)),
+        transmitter=str(entry(about, "tx", path)),
         forward=_complex(forward),
         reverse=_complex(reverse),
         displacement_m=displacement_m.astype(float),
         wavelength_m=wavelength_m(PACK_CHANNEL),
-        truth_rad=float(np.deg2rad(_at(about, "bearing_mean", path))),
+        truth_rad=float(np.deg2rad(number(about, "bearing_mean", path))),
         toolbox_rad=tuple(np.deg2rad(about.get("toolbox_azimuths", [])).tolist()),
     )
 
@@ -243,31 +225,3 @@ def _host_stamped(path: Path) -> CsiLog:
     if log.header.dtype != HOST_STAMPED:
         raise RecordingError(str(path), 0, "host-stamped records", "the stock layout, which cannot be paired")
     return log
-
-
-def _some(folder: Path, pattern: str) -> list[Path]:
-    """The files of a pattern, at least one."""
-    found = sorted(folder.glob(pattern))
-    if not found:
-        raise FileNotFoundError(f"{folder / pattern}: no such file")
-    return found
-
-
-def _only(folder: Path, pattern: str) -> Path:
-    """The first file of a pattern."""
-    return _some(folder, pattern)[0]
-
-
-def _from_json(text: str, path: Path) -> Any:
-    """JSON of a file, or an error that names it."""
-    try:
-        return json.loads(text)
-    except json.JSONDecodeError as error:
-        raise ValueError(f"{path}: not JSON: {error}") from error
-
-
-def _at(table: Any, key: str, path: Path) -> Any:
-    """What a table of a file holds under a key, or an error that names both."""
-    if not isinstance(table, dict) or key not in table:
-        raise ValueError(f"{path}: no key {key!r}")
-    return table[key]

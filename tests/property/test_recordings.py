@@ -1,0 +1,218 @@
+"""A synthetic run end to end: known bearings are found, and damaged runs are refused in one line."""
+
+import json
+import math
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from synthetic_run import STAMP, write_run
+
+from wifipgo.radio.intel5300 import BLOCK_BYTES, STOCK, CsiLog, encode_csi_log, read_csi_log
+from wifipgo.radio.recordings import bearing, main
+from wifipgo.radio.wsr import pair, read_links
+
+SPOTS_M = {"tx2": (-2.4, 2.6, 0.7), "tx3": (2.5, -2.6, 0.5), "tx4": (-3.7, -1.5, 0.3)}
+RX, TX3 = f"csi_rx_{STAMP}.dat", f"csi_tx3_{STAMP}.dat"
+TRAJECTORY, TRUTH = f"rx_trajectory_{STAMP}_.csv", "groundtruth_positions.json"
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("recordings") / "synthetic"
+    write_run(folder, transmitters_m=SPOTS_M, seed=1)
+    return folder
+
+
+@pytest.fixture
+def damaged(run: Path, tmp_path: Path) -> Path:
+    """A copy of the run, to be damaged."""
+    return shutil.copytree(run, tmp_path / "run")
+
+
+def away_deg(estimate_rad: float, truth_rad: float) -> float:
+    """Wrapped difference, degrees."""
+    return math.degrees(math.remainder(estimate_rad - truth_rad, math.tau))
+
+
+def refusal(path: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """The one line on stderr with which the command ends."""
+    with pytest.raises(SystemExit) as caught:
+        main(path, out=path.parent / "pictures")
+    assert caught.value.code == 2
+    line = capsys.readouterr().err
+    assert line.count("\n") == 1
+    return line
+
+
+def test_known_bearings_are_found(run: Path) -> None:
+    links = read_links(run)
+    assert [link.transmitter for link in links] == list(SPOTS_M)
+    for link, spot in zip(links, SPOTS_M.values(), strict=True):
+        # The path's mean lies at x = 0.3 * 2 / pi, y = 0.
+        assert link.truth_rad == pytest.approx(np.arctan2(spot[1], spot[0] - 0.6 / np.pi), abs=2e-3)
+        found = bearing(link)
+        assert abs(away_deg(found.azimuth_rad, link.truth_rad)) < 1.0
+        assert found.height > 0.8
+        assert found.side_ratio < 0.2
+
+
+@pytest.mark.parametrize("azimuth_deg", range(-165, 180, 30))
+def test_every_direction_is_found(azimuth_deg: int, tmp_path: Path) -> None:
+    turn = np.deg2rad(azimuth_deg)
+    write_run(tmp_path, transmitters_m={"tx2": (4 * np.cos(turn), 4 * np.sin(turn), 0.2)}, seed=2)
+    (link,) = read_links(tmp_path)
+    assert abs(away_deg(bearing(link).azimuth_rad, link.truth_rad)) < 1.0
+
+
+def test_pairs_carry_the_same_counter(run: Path) -> None:
+    """Lost packets and repeated counters: what is left still belongs together."""
+    received, answered = read_csi_log(run / RX), read_csi_log(run / TX3)
+    lost = CsiLog(answered.header[5::2], answered.csi[5::2])
+    twice = CsiLog(np.append(lost.header, lost.header[:50]), np.concatenate([lost.csi, lost.csi[:50]]))
+    forward, reverse = pair(received, twice, transmitter_mac="00:21:6a:30:d2:3c")
+    assert len(forward) == len(lost.header)
+    assert reverse.max() < len(lost.header)  # the first of a repeated counter
+    np.testing.assert_array_equal(
+        received.header["frame_count"][forward], twice.header["frame_count"][reverse]
+    )
+
+
+def test_command_prints_and_draws(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main(run, out=tmp_path / "new" / "folder")
+    text = capsys.readouterr().out
+    assert all(
+        word in text for word in ("synthetic", "tx2", "tx4", "mean aperture position", "median / mean")
+    )
+    assert (tmp_path / "new" / "folder" / "synthetic.png").stat().st_size > 20_000
+
+
+def test_command_line_explains_itself_and_refuses(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "wifipgo.radio.recordings"]
+    told = subprocess.run([*command, "--help"], capture_output=True, text=True, check=False)
+    assert told.returncode == 0
+    assert "mean" in told.stdout
+    assert "--out" in told.stdout
+    ended = subprocess.run([*command, str(tmp_path)], capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert ended.stderr == f"recordings: {tmp_path}: no csi_rx_*.dat log and no .npz pack in this folder\n"
+
+
+@pytest.mark.parametrize("name", [RX, TX3])
+def test_a_cut_log_is_refused(name: str, damaged: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = damaged / name
+    path.write_bytes(path.read_bytes()[:70_001])
+    line = refusal(damaged, capsys)
+    assert f"{name}: at byte {70_001 // 233 * 233}: expected a whole record (233 bytes)" in line
+
+
+@pytest.mark.parametrize("name", [RX, TX3])
+def test_a_log_cut_at_a_block_is_refused(
+    name: str, damaged: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Byte by byte such a log is whole; it ends before the motion does."""
+    path = damaged / name
+    path.write_bytes(path.read_bytes()[: 20 * BLOCK_BYTES])
+    line = refusal(damaged, capsys)
+    assert f"{name}: at byte {20 * BLOCK_BYTES // 233 * 233}: expected packets of the whole motion" in line
+
+
+@pytest.mark.parametrize("name", [TRAJECTORY, TRUTH])
+def test_a_missing_file_is_named(name: str, damaged: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (damaged / name).unlink()
+    assert name.split("_.", maxsplit=1)[0] in refusal(damaged, capsys)
+
+
+def test_a_run_without_transmitters_is_refused(damaged: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for log in damaged.glob("csi_tx*"):
+        log.unlink()
+    assert "csi_tx*" in refusal(damaged, capsys)
+
+
+@pytest.mark.parametrize("key", ["channel", "true_rx_position", "true_tx_positions"])
+def test_a_missing_survey_key_is_named(key: str, damaged: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    truth = json.loads((damaged / TRUTH).read_text("utf-8"))
+    del truth[key]
+    (damaged / TRUTH).write_text(json.dumps(truth), "utf-8")
+    assert f"{TRUTH}: no key {key!r}" in refusal(damaged, capsys)
+
+
+def test_a_survey_without_numbers_is_refused(damaged: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (damaged / TRUTH).read_text("utf-8")
+    (damaged / TRUTH).write_text(text.replace("108", "null"), "utf-8")
+    assert "must hold a number, got None" in refusal(damaged, capsys)
+    (damaged / TRUTH).write_text(text[:-5], "utf-8")
+    assert f"{TRUTH}: not JSON" in refusal(damaged, capsys)
+
+
+def test_an_unknown_transmitter_lists_the_known(damaged: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (damaged / TX3).rename(damaged / f"csi_tx9_{STAMP}.dat")
+    text = (damaged / TRUTH).read_text("utf-8")
+    (damaged / TRUTH).write_text(text.replace("tx3", "tx9"), "utf-8")
+    assert "unknown transmitter 'tx9'; known: rx, tx2, tx3, tx4" in refusal(damaged, capsys)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "seconds,x,y,z\n", "1.0,0.0,0.1,nan,0.2,\n" * 9, "1.0,0.0,0.1,0.1,0.2,\n" * 9]
+)
+def test_a_trajectory_without_motion_is_refused(
+    text: str, damaged: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (damaged / TRAJECTORY).write_text(text, "utf-8")
+    assert TRAJECTORY in refusal(damaged, capsys)
+
+
+def test_the_stock_layout_cannot_be_paired(damaged: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = read_csi_log(damaged / TX3)
+    header = np.zeros(len(log.header), STOCK)
+    for field in STOCK.names or ():
+        header[field] = log.header[field]
+    (damaged / TX3).write_bytes(encode_csi_log(CsiLog(header, log.csi)))
+    assert "expected host-stamped records" in refusal(damaged, capsys)
+
+
+def pack_of(run: Path) -> dict[str, np.ndarray]:
+    """The arrays of a pack with the first link of a run."""
+    link = read_links(run)[0]
+    about = {"set": "S", "loc": 1, "stamp": STAMP, "tx": "tx2", "bearing_mean": np.rad2deg(link.truth_rad)}
+    parts = [np.stack([h.real, h.imag], axis=-1).astype(np.int8) for h in (link.forward, link.reverse)]
+    return {"f0": parts[0], "r0": parts[1], "p0": link.displacement_m, "meta": np.array(json.dumps([about]))}
+
+
+def test_a_pack_gives_the_links_of_its_run(run: Path, tmp_path: Path) -> None:
+    np.savez(tmp_path / "pack.npz", **pack_of(run))  # type: ignore[arg-type]
+    (packed,), raw = read_links(tmp_path), read_links(run)[0]
+    np.testing.assert_array_equal(packed.forward, raw.forward)
+    np.testing.assert_array_equal(packed.reverse, raw.reverse)
+    assert packed.truth_rad == pytest.approx(raw.truth_rad)
+    assert bearing(packed).azimuth_rad == bearing(raw).azimuth_rad
+
+
+@pytest.mark.parametrize("key", ["meta", "f0", "r0", "p0"])
+def test_a_missing_pack_key_is_named(
+    key: str, run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arrays = pack_of(run)
+    del arrays[key]
+    np.savez(tmp_path / "pack.npz", **arrays)  # type: ignore[arg-type]
+    assert f"pack.npz: no key {key!r}" in refusal(tmp_path / "pack.npz", capsys)
+
+
+def test_a_damaged_pack_is_refused(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, arrays = tmp_path / "pack.npz", pack_of(run)
+    np.savez(path, **arrays)  # type: ignore[arg-type]
+    whole = path.read_bytes()
+    for raw in (whole[:-100], whole[:1000], b"", b"no pack", whole[:40_000] + bytes(500) + whole[40_500:]):
+        path.write_bytes(raw)
+        assert "expected a whole .npz pack" in refusal(path, capsys)
+    np.savez(path, **{**arrays, "r0": arrays["r0"][1:]})  # type: ignore[arg-type]
+    assert "do not fit" in refusal(path, capsys)
+    np.savez(path, **{**arrays, "meta": np.array("[]")})  # type: ignore[arg-type]
+    assert "no links" in refusal(path, capsys)
+
+
+def test_no_such_path_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "no such file or folder" in refusal(tmp_path / "nowhere", capsys)
