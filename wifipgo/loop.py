@@ -71,7 +71,7 @@ def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
     )
     faces_m = layout.faces_m
     edges_m = np.concatenate([layout.walls_m, faces_m])
-    world = World(layout, faces_m, edges_m, surfaces, Arena(layout, cfg))
+    world = World(layout, faces_m, edges_m, surfaces, Arena(layout, cfg, turn_rad=scenario.turn.turn_rad))
     cells = reveal(
         empty_map(layout, cfg.size_m), layout.starts[:, :2], range_m=scenario.sensing.sensor_range_m
     )

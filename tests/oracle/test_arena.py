@@ -6,14 +6,14 @@ import pytest
 from wifipgo.world.arena import Arena
 from wifipgo.world.layout import ArenaConfig, Layout, random_layout, room_walls
 
-CFG = ArenaConfig(size_m=10.0)
+CFG, TURN_RAD = ArenaConfig(size_m=10.0), np.pi / 2.0
 BOX = np.array([[4.0, 4.0], [6.0, 4.0], [6.0, 6.0], [4.0, 6.0]])
 
 
 def arena(*starts: tuple[float, float, float], box: bool = False) -> tuple[Arena, np.ndarray]:
     poses = np.array(starts)
     layout = Layout(walls_m=room_walls(10.0), obstacles_m=[BOX] if box else [], starts=poses)
-    return Arena(layout, CFG), poses
+    return Arena(layout, CFG, turn_rad=TURN_RAD), poses
 
 
 def test_free_drive_arrives_and_turns() -> None:
@@ -21,7 +21,7 @@ def test_free_drive_arrives_and_turns() -> None:
     drive = room.drive(poses, np.array([[0.0, 1.0]]))
     expected = [2.0 - 2.0 * np.sin(0.5), 2.0 + 2.0 * np.cos(0.5)]
     np.testing.assert_allclose(drive.poses[0, :2], expected, atol=1e-6)
-    turned = 0.5 + np.pi / 2.0 + CFG.turn_rad  # faced the waypoint, then a quarter turn
+    turned = 0.5 + np.pi / 2.0 + TURN_RAD  # faced the waypoint, then a quarter turn
     assert np.cos(drive.poses[0, 2] - turned) == pytest.approx(1.0)
     assert not drive.bumped[0]
 
@@ -35,7 +35,7 @@ def test_a_waypoint_beyond_one_step_is_cut() -> None:
 def test_standing_still_keeps_place_and_turns_only() -> None:
     room, poses = arena((5.0, 5.0, 0.3))
     drive = room.drive(poses, np.zeros((1, 2)))
-    np.testing.assert_allclose(drive.poses[0], [5.0, 5.0, 0.3 + CFG.turn_rad], atol=1e-9)
+    np.testing.assert_allclose(drive.poses[0], [5.0, 5.0, 0.3 + TURN_RAD], atol=1e-9)
 
 
 def test_walls_and_boxes_stop_a_robot() -> None:
@@ -59,7 +59,7 @@ def test_nobody_leaves_the_room() -> None:
     rng = np.random.default_rng(0)
     cfg = ArenaConfig(size_m=8.0, n_obstacles=2)
     layout = random_layout(12, cfg, rng=rng)
-    room, poses = Arena(layout, cfg), layout.starts
+    room, poses = Arena(layout, cfg, turn_rad=TURN_RAD), layout.starts
     for _ in range(60):
         poses = room.drive(poses, rng.uniform(-1.0, 1.0, (12, 2))).poses
         assert poses[:, :2].min() > 0.1

@@ -31,9 +31,9 @@ class Drive(NamedTuple):
 class Arena:
     """A pymunk space with walls, obstacles and one disc for each robot."""
 
-    def __init__(self, layout: Layout, cfg: ArenaConfig) -> None:
-        """Build the space with the robots at their starts."""
-        self._cfg = cfg
+    def __init__(self, layout: Layout, cfg: ArenaConfig, *, turn_rad: float) -> None:
+        """Build the space with the robots at their starts; each drive ends in a turn by ``turn_rad``."""
+        self._cfg, self._turn_rad = cfg, turn_rad
         self._space = pymunk.Space()
         self._space.collision_slop = 1e-3
         # Share of an overlap left after one unit of time; the default leaves robots stuck in walls.
@@ -126,6 +126,6 @@ class Arena:
         p_m = self.positions()
         moved = length[:, 0] > 1e-6
         yaw_rad = poses[:, 2] + np.where(moved, np.arctan2(waypoints[:, 1], waypoints[:, 0]), 0.0)
-        yaw_rad = se2.wrap_angle(yaw_rad + self._cfg.turn_rad)
+        yaw_rad = se2.wrap_angle(yaw_rad + self._turn_rad)
         bumped = np.hypot(*(p_m - target_m).T) > _MISS_M
         return Drive(np.concatenate([p_m, yaw_rad[:, None]], axis=1), bumped)

@@ -23,7 +23,6 @@ class ArenaConfig:
     clearance_m: float = 1.0
     robot_radius_m: float = 0.15
     step_m: float = 2.0
-    turn_rad: float = np.pi / 2.0
     n_substeps: int = 20
     lidar_range_m: float = 4.0
     wall_material: str = "concrete"

@@ -1,0 +1,70 @@
+"""AOA of the whole chain against the Cramer-Rao bound, and noise against what the scenario states."""
+
+import numpy as np
+
+from wifipgo import se2
+from wifipgo.radio import aoa, csi
+from wifipgo.radio.paths import Paths
+from wifipgo.world.sensing import SensingConfig, observe_robots, odometry
+
+GAP_M, WAVELENGTH_M = 0.22, 0.06
+
+
+def bearing_errors(snr_db: float, n: int, azimuth_rad: float = 0.6) -> np.ndarray:
+    """Errors of the product estimator for one path, paper antenna pair and turn."""
+    cfg = aoa.AoaConfig(n_azimuths=1440)
+    rng = np.random.default_rng(0)
+    azimuth = azimuth_rad + rng.uniform(-0.5, 0.5, n)
+    paths = Paths(
+        np.ones((n, 1), complex), np.zeros((n, 1)), azimuth[:, None], np.zeros((n, 1)), np.zeros((n, 1), int)
+    )
+    relative = aoa.turn_headings(cfg)
+    channel = csi.pair_csi(paths, np.tile(relative, (n, 1)), antenna_gap_m=GAP_M, wavelength_m=WAVELENGTH_M)
+    received = csi.received_csi(channel, snr_scale=10.0 ** (snr_db / 10.0), rng=rng)
+    steering = aoa.turn_steering(
+        relative, aoa.azimuth_grid(cfg.n_azimuths), antenna_gap_m=GAP_M, wavelength_m=WAVELENGTH_M
+    )
+    profile = aoa.bartlett_profiles(aoa.product_signal(received), steering)
+    found = aoa.find_peaks(profile, n_peaks=1).azimuth_rad[:, 0]
+    return np.asarray(se2.wrap_angle(found - azimuth))
+
+
+def phase_bound_rad(snr_db: float, azimuth_rad: float = 0.6) -> float:
+    """Bound on the azimuth from the phase difference of the antennas at each packet.
+
+    The phase difference summed over S subcarriers has variance 1 / (S snr) at high SNR, and its
+    derivative with respect to the azimuth is -k sin(azimuth - heading), k = 2 pi gap / lambda. A phase
+    offset between the receive chains is unknown: it takes the mean of the derivative away.
+    """
+    headings = aoa.turn_headings(aoa.AoaConfig())
+    slope = 2.0 * np.pi * GAP_M / WAVELENGTH_M * np.sin(azimuth_rad - headings)
+    variance = 1.0 / (30.0 * 10.0 ** (snr_db / 10.0))
+    return float(np.sqrt(variance / ((slope - slope.mean()) ** 2).sum()))
+
+
+def test_one_path_is_found_within_1_5_times_the_cramer_rao_variance() -> None:
+    for snr_db in (10.0, 20.0, 30.0):
+        azimuths = 0.6 + np.linspace(-0.5, 0.5, 11)
+        bound = np.mean([phase_bound_rad(snr_db, a) ** 2 for a in azimuths])
+        variance = np.mean(bearing_errors(snr_db, 600) ** 2)
+        assert 0.6 * bound < variance < 1.5 * bound
+
+
+def test_odometry_has_the_stated_noise_per_robot() -> None:
+    cfg = SensingConfig(noise_scale=(0.5, 2.0))
+    poses = np.zeros((2, 3))
+    draws = np.stack([odometry(poses, poses, cfg=cfg, rng=np.random.default_rng(k)) for k in range(4000)])
+    expected = np.array([0.5, 2.0])[:, None] * [cfg.sigma_t_m, cfg.sigma_t_m, cfg.sigma_r_rad]
+    np.testing.assert_allclose(draws.std(axis=0), expected, rtol=0.05)
+    assert np.abs(draws.mean(axis=0) / expected).max() < 0.07
+
+
+def test_outliers_are_between_two_and_three_sigma_in_every_component() -> None:
+    cfg = SensingConfig(outlier_share=0.4)
+    poses, seen = np.zeros((30, 3)), ~np.eye(30, dtype=bool)
+    rng = np.random.default_rng(0)
+    measured = observe_robots(poses, 0, seen, cfg=cfg, rng=rng, outlier_rng=rng)
+    in_sigmas = np.abs(measured.z) / [cfg.sigma_t_m, cfg.sigma_t_m, cfg.sigma_r_rad]
+    bad = in_sigmas[measured.is_outlier]
+    assert ((bad >= 2.0 - 1e-9) & (bad <= 3.0 + 1e-9)).all()
+    assert abs(measured.is_outlier.mean() - 0.4) < 0.05
