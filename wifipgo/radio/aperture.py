@@ -23,6 +23,11 @@ its packets are samples of one long antenna array. Four choices, all made by the
 
 The profile is the highest share of power over the searched fronts: maximum likelihood
 over nuisance parameters with flat priors.
+
+Measured on 30 recorded links (median / mean error in degrees, line of sight, then all):
+plane waves at the centre subcarrier summed over all elevations 1.9 / 2.7 and 4.4 / 11.1,
+this profile 0.7 / 1.6 and 3.0 / 7.9. Behind walls the strongest path is often not the
+direct one: 7.3 / 14.2 there, one link of 15 off by 99.
 """
 
 from dataclasses import dataclass

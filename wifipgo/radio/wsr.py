@@ -76,7 +76,8 @@ def _parts(path: Path) -> Iterator[list[Link]]:
     if not path.is_dir():
         raise FileNotFoundError(f"{path}: no such file or folder")
     packs = [] if any(path.glob("csi_rx_*.dat")) else sorted(path.glob("*.npz"))
-    runs = [] if packs else sorted({log.parent for log in path.rglob("csi_rx_*.dat")})
+    levels = ("", "*/", "*/*/")  # the folder itself, of runs, of sets of runs
+    runs = [] if packs else sorted({log.parent for up in levels for log in path.glob(f"{up}csi_rx_*.dat")})
     if not packs and not runs:
         raise FileNotFoundError(f"{path}: no csi_rx_*.dat log and no .npz pack in this folder")
     yield from map(read_pack, packs)
@@ -85,10 +86,12 @@ def _parts(path: Path) -> Iterator[list[Link]]:
 
 def read_pack(path: Path) -> list[Link]:
     """Links of a pack: keys ``meta`` (JSON) and, for link n, ``f{n}``, ``r{n}`` and ``p{n}``."""
+    if not zipfile.is_zipfile(path):
+        raise RecordingError(str(path), 0, "a whole .npz pack", "a file that is none, or is cut")
     try:
         with path.open("rb") as file, np.load(file) as pack:
             arrays = {name: pack[name] for name in pack.files}
-    except (zipfile.BadZipFile, zlib.error, EOFError, ValueError, AttributeError, TypeError) as error:
+    except (zipfile.BadZipFile, zlib.error, EOFError, ValueError) as error:
         raise RecordingError(str(path), 0, "a whole .npz pack", str(error) or "a cut file") from error
     links = from_json(str(entry(arrays, "meta", path)), path)
     if not isinstance(links, list):
