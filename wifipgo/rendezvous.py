@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.sparse.csgraph import connected_components
 
 from wifipgo.errors import pick, require
 from wifipgo.graph import ERR_WEIGHTS, THIRD_PARTY, Edges, retold, solve
@@ -144,12 +143,11 @@ def due_groups(
     q_mbit_s: float,
 ) -> list[list[int]]:
     """Robots that meet now: pairs with kappa observations and the rate, joined where they share one."""
-    due = (observed >= kappa) & (rate_mbit_s >= q_mbit_s)
-    if not due.any():
-        return []
-    n_groups, label = connected_components(due, directed=False)
-    groups = [np.flatnonzero(label == g).tolist() for g in range(n_groups)]
-    return [group for group in groups if len(group) > 1]
+    groups: list[set[int]] = []
+    for pair in np.argwhere(np.triu((observed >= kappa) & (rate_mbit_s >= q_mbit_s), 1)).tolist():
+        touched = [group for group in groups if group & set(pair)]
+        groups = [group for group in groups if group not in touched] + [set(pair).union(*touched)]
+    return sorted(sorted(group) for group in groups)
 
 
 class Meeting(NamedTuple):
