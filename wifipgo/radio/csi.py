@@ -46,7 +46,7 @@ class RadioConfig:
             "in 0..30",
             self.noise_figure_db,
         )
-        require(self.max_order in {0, 1}, "RadioConfig.max_order", "0 or 1", self.max_order)
+        require(self.max_order in {0, 1, 2}, "RadioConfig.max_order", "0, 1 or 2", self.max_order)
 
     @property
     def wavelength_m(self) -> float:
