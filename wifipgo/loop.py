@@ -24,6 +24,7 @@ from wifipgo.radio.hearing import Links, listen, probe_links
 from wifipgo.radio.materials import Slab
 from wifipgo.radio.paths import surfaces_of
 from wifipgo.rendezvous import (
+    BYTES_PER_POSE,
     NOBODY,
     Calls,
     choose_slots,
@@ -154,10 +155,12 @@ def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, s
     seen = robots_in_view(poses, world.faces_m, range_m=scenario.sensing.sensor_range_m)
     heard = _listened(links, belief.calls, seen, poses[:, 2], scenario=scenario, streams=streams)
     found = _measured(truth, belief, seen, heard, world=world, scenario=scenario, streams=streams)
-    edges = extended(belief.edges, *found)
+    linked = links.rate_mbit_s >= link.q_mbit_s
+    edges, n_bytes = _told_where_linked(extended(belief.edges, *found), belief.estimate, linked)
     belief = replace(
         belief,
-        edges=_told_where_linked(edges, belief.estimate, links.rate_mbit_s >= link.q_mbit_s),
+        edges=edges,
+        bytes_sent=belief.bytes_sent + n_bytes,
         lidar_m=scan(
             poses,
             world.edges_m,
@@ -219,7 +222,7 @@ def _measured(
     world: World,
     scenario: Scenario,
     streams: Streams,
-) -> tuple[Edges, Edges]:
+) -> list[Edges]:
     """Relative poses of robots and of places (Eq. 2); the former weighted if the scenario asks for it."""
     cfg = scenario.sensing
     others = observe_robots(
@@ -228,12 +231,13 @@ def _measured(
     places = observe_own_places(truth.poses, world.faces_m, cfg=cfg, rng=streams.sensing)
     weight = _weights(others, heard, scenario)
     told = belief.estimate[others.head[:, 0], others.head[:, 1]]
-    return (
+    found = (
         Edges.measured(
             tail=others.tail, head=others.head, z=others.z, sigma=others.sigma, weight=weight, told=told
         ),
         Edges.measured(tail=places.tail, head=places.head, z=places.z, sigma=places.sigma),
     )
+    return [edges for edges in found if len(edges)]
 
 
 def _weights(others: RelativePoses, heard: Listening, scenario: Scenario) -> Float[np.ndarray, " edges"]:
@@ -245,18 +249,25 @@ def _weights(others: RelativePoses, heard: Listening, scenario: Scenario) -> Flo
     reported = bearing(others.z)
     peaks = find_peaks(heard.profile[rows], n_peaks=scenario.turn.n_peaks)
     closest = closest_peak(peaks, reported)
-    weight = paper_weights(reported, closest, sigma_rad=cfg.aoa_sigma_rad, gate_rad=cfg.aoa_gate_rad)
-    return np.where(rows == NOBODY, 1.0, weight)
+    return paper_weights(reported, closest, sigma_rad=cfg.aoa_sigma_rad, gate_rad=cfg.aoa_gate_rad)
 
 
 def _told_where_linked(
     edges: Edges, estimate: Float[np.ndarray, "robots times 3"], linked: Bool[np.ndarray, "robots robots"]
-) -> Edges:
-    """Robots whose link carries the desired rate tell each other where they were when measured."""
+) -> tuple[Edges, int]:
+    """Robots whose link carries the desired rate tell each other where they now think they were.
+
+    Returns:
+        The measurements, and the bytes that this took: only what changed is sent.
+    """
     rows = np.flatnonzero(linked[edges.tail[:, 0], edges.head[:, 0]])
+    now = estimate[edges.head[rows, 0], edges.head[rows, 1]]
+    new = (now != edges.told[rows]).any(axis=1)
+    if not new.any():
+        return edges, 0
     told = edges.told.copy()
-    told[rows] = estimate[edges.head[rows, 0], edges.head[rows, 1]]
-    return replace(edges, told=told)
+    told[rows[new]] = now[new]
+    return replace(edges, told=told), BYTES_PER_POSE * int(new.sum())
 
 
 def _met(belief: Belief, scenario: Scenario) -> Belief:

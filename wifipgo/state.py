@@ -67,7 +67,7 @@ class Belief:
         observed: Relative poses of each other that pairs took since they last met.
         last_met: Iteration of each robot's last rendezvous; 0 before the first.
         met: Groups that met in this iteration.
-        bytes_sent: Exchanged at rendezvous so far.
+        bytes_sent: Exchanged so far: graphs at rendezvous, changed poses wherever a link carries q.
     """
 
     estimate: Float[np.ndarray, "robots times 3"]

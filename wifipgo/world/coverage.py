@@ -1,9 +1,10 @@
 """Which cells of the room the team has seen."""
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from wifipgo.world.layout import Layout, inside_polygon
 
@@ -34,12 +35,19 @@ def empty_map(layout: Layout, size_m: float) -> CellMap:
     return CellMap((~blocked).reshape(n, n), np.zeros((n, n), dtype=bool))
 
 
+@functools.cache
+def _window(reach: int) -> Int[np.ndarray, "cells 2"]:
+    """Offsets of the cells around one."""
+    steps = np.arange(-reach, reach + 1)
+    return np.stack(np.meshgrid(steps, steps, indexing="ij"), -1).reshape(-1, 2)
+
+
 def reveal(cells: CellMap, p_m: Float[np.ndarray, "robots 2"], *, range_m: float) -> CellMap:
     """Mark the cells whose centre is within range of a robot as seen."""
-    reach, n = int(np.ceil(range_m / CELL_M)), len(cells.seen)
-    window = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2, indexing="ij"), -1).reshape(-1, 2)
-    index = np.floor(p_m / CELL_M).astype(int)[:, None] + window[None]
-    away_m = np.linalg.norm(CELL_M * (index + 0.5) - p_m[:, None], axis=-1)
+    n = len(cells.seen)
+    index = np.floor(p_m / CELL_M).astype(int)[:, None] + _window(int(np.ceil(range_m / CELL_M)))[None]
+    gap_m = CELL_M * (index + 0.5) - p_m[:, None]
+    away_m = np.hypot(gap_m[..., 0], gap_m[..., 1])
     hit = index[(away_m <= range_m) & ((index >= 0) & (index < n)).all(axis=-1)]
     seen = cells.seen.copy()
     seen[hit[:, 0], hit[:, 1]] = True

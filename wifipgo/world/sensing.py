@@ -99,7 +99,7 @@ def robots_in_view(
 ) -> Bool[np.ndarray, "robots robots"]:
     """Who sees whom: within range, nothing in between, not oneself."""
     p_m = poses[:, :2]
-    gap_m = np.linalg.norm(p_m[:, None] - p_m[None], axis=-1)
+    gap_m = np.hypot(*(p_m[:, None] - p_m[None]).T)
     seen = (gap_m <= range_m) & ~np.eye(len(p_m), dtype=bool)
     if len(faces_m) and seen.any():
         i, j = np.nonzero(seen)
@@ -107,9 +107,13 @@ def robots_in_view(
     return seen
 
 
-def _unit_noise(i: np.ndarray, j: np.ndarray, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Noise for edges (i, j), drawn for all pairs so that the stream does not depend on who met."""
-    return rng.standard_normal((n, n, 3))[i, j]
+_NOTHING = RelativePoses(
+    np.zeros((0, 2), dtype=np.int64),
+    np.zeros((0, 2), dtype=np.int64),
+    np.zeros((0, 3)),
+    np.zeros((0, 2)),
+    np.zeros(0, dtype=bool),
+)
 
 
 def observe_robots(
@@ -124,15 +128,20 @@ def observe_robots(
     """Relative poses between robots in view of each other, some of them outliers.
 
     An outlier's error is between ``outlier_min_sigma`` and ``outlier_max_sigma`` with a random
-    sign in every component (paper Sec. 7.3) in place of the Gaussian one.
+    sign in every component (paper Sec. 7.3) in place of the Gaussian one. Noise is drawn for
+    all pairs, so that the streams do not depend on who saw whom.
     """
     n = len(poses)
-    i, j = np.nonzero(seen)
-    unit = _unit_noise(i, j, n, rng)
-    is_outlier = (outlier_rng.random((n, n)) < cfg.outlier_share)[i, j]
+    unit = rng.standard_normal((n, n, 3))
+    is_bad = outlier_rng.random((n, n)) < cfg.outlier_share
     size = outlier_rng.uniform(cfg.outlier_min_sigma, cfg.outlier_max_sigma, (n, n, 3))
-    gross = (size * outlier_rng.choice([-1.0, 1.0], (n, n, 3)))[i, j]
-    z = noisy(se2.between(poses[i], poses[j]), cfg.sigmas(n)[i], np.where(is_outlier[:, None], gross, unit))
+    negative = outlier_rng.random((n, n, 3)) < 0.5
+    i, j = np.nonzero(seen)
+    if not len(i):
+        return _NOTHING
+    gross, is_outlier = np.where(negative, -size, size)[i, j], is_bad[i, j]
+    noise = np.where(is_outlier[:, None], gross, unit[i, j])
+    z = noisy(se2.between(poses[i], poses[j]), cfg.sigmas(n)[i], noise)
     now = np.full_like(i, t)
     return RelativePoses(np.stack([i, now], 1), np.stack([j, now], 1), z, cfg.stated_sigmas(n)[i], is_outlier)
 
@@ -148,9 +157,12 @@ def observe_own_places(
     n, n_times = history.shape[:2]
     t, unit = n_times - 1, rng.standard_normal((n, 3))
     now = history[:, -1]
-    gap_m = np.linalg.norm(history[:, : max(t - cfg.revisit_gap + 1, 0), :2] - now[:, None, :2], axis=-1)
-    near = gap_m.argmin(axis=1) if gap_m.shape[1] else np.zeros(n, dtype=int)
+    past = history[:, : max(t - cfg.revisit_gap + 1, 0), :2]
+    gap_m = np.hypot(past[..., 0] - now[:, None, 0], past[..., 1] - now[:, None, 1])
     robot = np.nonzero(gap_m.min(axis=1, initial=np.inf) <= cfg.sensor_range_m)[0]
+    if not len(robot):
+        return _NOTHING
+    near = gap_m.argmin(axis=1)
     old = history[robot, near[robot]]
     clear = segments.in_sight(now[robot, :2], old[:, :2], faces_m)
     robot, old = robot[clear], old[clear]
