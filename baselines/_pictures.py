@@ -10,6 +10,7 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
 
@@ -43,7 +44,7 @@ def draw_err(path: Path, plan: Plan, episodes: Sequence[Episode]) -> None:
             _curve(above, own, _colour(place), DASHES[place % len(DASHES)])
             _raster(below, own, len(plan.policies) - 1 - place, _colour(place))
         threshold = plan.scenario.rendezvous.err_threshold
-        above.axhline(threshold, color="0.25", lw=1.0, ls=":", label=f"threshold {threshold:g}")
+        above.axhline(threshold, color="0.2", lw=0.8, label=f"threshold {threshold:g}")
         _label_err(above, below, plan)
         figure.savefig(path)
 
@@ -53,14 +54,19 @@ def _colour(place: int) -> str:
 
 
 def _curve(axes: Axes, episodes: Sequence[Episode], colour: str, dashes: object) -> None:
-    """Mean over robots and trials, and the interval of the mean over trials."""
+    """Mean over robots and trials, and the interval of the mean over trials.
+
+    Where episodes end early, the curve ends with half of them: the mean of the few that
+    are left would be that of the unlucky.
+    """
     trials = [episode.steps["err"].mean(axis=1) for episode in episodes]
-    longest = max(map(len, trials))
-    bands = [_band(np.array([t[k] for t in trials if len(t) > k])) for k in range(longest)]
+    lengths = sorted(map(len, trials))
+    end = lengths[len(lengths) // 2]
+    bands = [_band(np.array([t[k] for t in trials if len(t) > k])) for k in range(end)]
     mean, low, high = np.array(bands).T
-    iterations = np.arange(1, longest + 1)
-    axes.fill_between(iterations, low, high, color=colour, alpha=0.2, lw=0)
-    axes.plot(iterations, mean, color=colour, lw=2.0, ls=dashes, label=episodes[0].policy)
+    label = episodes[0].policy + (", until half ended" if end < lengths[-1] else "")
+    axes.fill_between(np.arange(1, end + 1), low, high, color=colour, alpha=0.2, lw=0)
+    axes.plot(np.arange(1, end + 1), mean, color=colour, lw=2.0, ls=dashes, label=label)
 
 
 def _band(values: Float[np.ndarray, " trials"]) -> tuple[float, float, float]:
@@ -71,20 +77,23 @@ def _band(values: Float[np.ndarray, " trials"]) -> tuple[float, float, float]:
 
 
 def _raster(axes: Axes, episodes: Sequence[Episode], lane: int, colour: str) -> None:
-    """A tick for each rendezvous, a thin row for each trial, a lane for each policy."""
+    """A tick for each rendezvous, a row for each trial, a lane for each policy."""
     height = 0.8 / len(episodes)
-    rows = [lane - 0.4 + height * (k + 0.5) for k in range(len(episodes))]
+    rows = [lane + 0.4 - height * (k + 0.5) for k in range(len(episodes))]
     times = [episode.meetings[:, 0] for episode in episodes]
-    widths = 1.6 if len(episodes) > 1 else 1.2
-    axes.eventplot(times, lineoffsets=rows, linelengths=0.9 * height, linewidths=widths, colors=colour)
-    axes.axhspan(lane - 0.42, lane + 0.42, color=colour, alpha=0.07, lw=0)
+    length = max(0.9 * height, 0.13)  # ticks of many trials overlap rather than vanish
+    axes.eventplot(times, lineoffsets=rows, linelengths=length, linewidths=1.5, colors=colour, alpha=0.7)
+    axes.axhspan(lane - 0.44, lane + 0.44, color=colour, alpha=0.07, lw=0)
+    per_trial = sum(map(len, times)) / len(times)
+    axes.text(1.01, lane, f"{per_trial:.3g}\na trial", transform=axes.get_yaxis_transform(), va="center")
 
 
 def _label_err(above: Axes, below: Axes, plan: Plan) -> None:
     """Everything that makes the picture readable without its text."""
     sc = plan.scenario
-    trials = f"{plan.trials} trial{'s' if plan.trials > 1 else ''}"
-    above.set_title(f"{plan.title}: {sc.n_robots} robots, {trials}, seed {plan.seed}", loc="left")
+    above.set_title(
+        f"{plan.title}: {sc.n_robots} robots, {plan.trials_in_words}, seed {plan.seed}", loc="left"
+    )
     above.set_ylabel("Err, mean over robots and trials\n(Eq. 4, unitless)")
     above.set_ylim(bottom=0.0)
     handles, labels = above.get_legend_handles_labels()
@@ -93,7 +102,7 @@ def _label_err(above: Axes, below: Axes, plan: Plan) -> None:
         labels.append("95 % bootstrap of the mean")
     above.legend(handles, labels, loc="upper left")
     below.set_ylabel("rendezvous,\na row a trial")
-    below.set_yticks(range(len(plan.policies)), plan.policies[::-1])
+    below.set_yticks(range(len(plan.policies)), [name.replace(":", ":\n") for name in plan.policies[::-1]])
     below.set_ylim(-0.5, len(plan.policies) - 0.5)
     below.set_xlim(0, sc.n_steps + 1)
     below.set_xlabel("iteration")
@@ -105,13 +114,14 @@ def draw_arena(path: Path, plan: Plan, episodes: Sequence[Episode]) -> None:
     columns = min(3, len(plan.policies))
     rows = -(-len(plan.policies) // columns)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(max(5.2 * columns, 7.0), 5.4 * rows + 0.9), dpi=130, layout="constrained")
-        grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-        panels = grid.ravel().tolist()
+        figure = Figure(figsize=(max(5.2 * columns, 8.0), 5.6 * rows + 1.1), dpi=130, layout=_spacious())
+        grid = figure.subplots(rows, columns, squeeze=False)
+        panels, limits = grid.ravel().tolist(), _limits(list(first.values()))
         for panel, policy in zip(panels, plan.policies, strict=False):
             _room(panel, first[policy])
             _trajectories(panel, first[policy])
             _label_room(panel, first[policy])
+            panel.set(xlim=limits, ylim=limits)
         for panel in grid[:, 0]:
             panel.set_ylabel("y (m)")
         for panel in panels[len(plan.policies) :]:
@@ -120,6 +130,18 @@ def draw_arena(path: Path, plan: Plan, episodes: Sequence[Episode]) -> None:
         figure.suptitle(f"{plan.title}: {plan.scenario.n_robots} robots, trial 0 (seed {seed})")
         figure.legend(handles=_key(plan.scenario.n_robots), loc="outside lower center", ncols=4)
         figure.savefig(path)
+
+
+def _limits(episodes: Sequence[Episode]) -> tuple[float, float]:
+    """Limits of both axes that hold the room and every trajectory, m."""
+    seen = [a.reshape(-1, 3)[:, :2] for e in episodes for a in (e.reference, e.estimate)]
+    corners = [episode.walls_m.reshape(-1, 2) for episode in episodes]
+    low, high = (f(np.concatenate(seen + corners)) for f in (np.min, np.max))
+    return float(low - 0.04 * (high - low)), float(high + 0.04 * (high - low))
+
+
+def _spacious() -> ConstrainedLayoutEngine:
+    return ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.12, compress=True)
 
 
 def _room(axes: Axes, episode: Episode) -> None:
@@ -153,14 +175,14 @@ def _label_room(axes: Axes, episode: Episode) -> None:
     axes.set_title(f"{episode.policy}: {len(episode.meetings)} rendezvous\nfinal ATE {ate}")
     axes.set_aspect("equal")
     axes.set_xlabel("x (m)")
-    axes.tick_params(labelbottom=True)
     axes.locator_params(integer=True, nbins=6)
 
 
 def _key(n_robots: int) -> list[Line2D]:
-    """What lines and marks mean; colours stand for robots."""
+    """What lines and marks mean; a colour is a robot, and comes again where there are many."""
     colours = ROBOT_COLOURS[:n_robots] if n_robots <= len(ROBOT_COLOURS) else ()
     robots = [Line2D([], [], color=colour, lw=4, label=f"robot {k}") for k, colour in enumerate(colours)]
+    robots = robots or [Line2D([], [], ls="", label="a colour for each robot, repeated")]
     marks = [
         Line2D([], [], color="0.3", lw=1.6, label="true"),
         Line2D([], [], color="0.3", lw=1.6, ls=DASHED, label="as estimated at the end"),
@@ -169,4 +191,4 @@ def _key(n_robots: int) -> list[Line2D]:
         Line2D([], [], mec="0.3", mfc="white", marker="s", ls="", label="end as estimated"),
         Line2D([], [], marker="*", ls="", ms=12, mfc="#F0E442", mec="black", label="rendezvous"),
     ]
-    return [*robots, *marks]
+    return [*marks, *robots]

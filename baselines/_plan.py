@@ -4,7 +4,10 @@ import json
 import platform
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, fields
+from functools import cache
+from hashlib import sha256
 from importlib import metadata
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +17,7 @@ from envs.rendezvous_v0 import parallel_env
 from wifipgo.errors import require
 from wifipgo.scenarios import SCENARIOS, Scenario
 
+_RECORD: Mapping[str, type] = {"scenario": dict, "policies": list, "trials": int, "seed": int}
 _PACKAGES = ("wifipgo", "numpy", "gtsam", "pymunk", "pettingzoo")
 
 
@@ -55,6 +59,11 @@ class Plan:
         return f"{self.scenario.name} ({', '.join(changed[:3])}{', ...' if len(changed) > 3 else ''})"
 
     @property
+    def trials_in_words(self) -> str:
+        """For titles."""
+        return f"{self.trials} trial{'s' if self.trials > 1 else ''}"
+
+    @property
     def reference(self) -> str:
         """Policy that the others are compared with: ``active``, or the first."""
         return "active" if "active" in self.policies else self.policies[0]
@@ -65,8 +74,15 @@ class Plan:
         return json.loads(json.dumps(values, allow_nan=False))
 
 
+@cache
 def _versions() -> dict[str, str]:
-    return {"python": platform.python_version()} | {name: metadata.version(name) for name in _PACKAGES}
+    """Versions of what computes the results, and a digest of the project's own code."""
+    code = sha256()
+    for package in ("baselines", "envs", "wifipgo"):
+        for path in sorted(Path(str(files(package))).rglob("*.py")):
+            code.update(path.read_bytes())
+    versions = {name: metadata.version(name) for name in _PACKAGES}
+    return {"python": platform.python_version(), **versions, "code_sha256": code.hexdigest()[:16]}
 
 
 def read_record(path: Path) -> dict[str, Any]:
@@ -79,10 +95,10 @@ def read_record(path: Path) -> dict[str, Any]:
         record = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as problem:
         raise ValueError(f"{path} is not JSON: {problem}") from problem
-    needed = {field.name for field in fields(Plan)}
-    found = set(record) if isinstance(record, dict) else set()
-    require(needed <= found, str(path), f"a config.json with {', '.join(sorted(needed))}", sorted(found))
-    return record
+    found = record if isinstance(record, dict) else {}
+    fits = all(isinstance(found.get(name), kind) for name, kind in _RECORD.items())
+    require(fits, str(path), f"a config.json with {', '.join(_RECORD)}", sorted(found))
+    return found
 
 
 def scenario_from(values: Mapping[str, Any]) -> Scenario:

@@ -45,9 +45,10 @@ def claim(out: Path, record: Mapping[str, Any], *, overwrite: bool, resume: bool
     partial = partial_of(out)
     _may_replace(out, overwrite=overwrite)
     if partial.exists() and not resume:
-        advice = "--resume continues, --overwrite starts over"
         n_done = len(list(partial.glob("*.npz")))
-        require(overwrite, "out", f"without an interrupted run ({n_done} episodes; {advice})", str(partial))
+        if not overwrite:
+            kept = f"{partial} holds {n_done} episodes of an interrupted run"
+            raise ValueError(f"{kept}: --resume continues it, --overwrite starts over")
         _remove(partial)
     if partial.exists():
         _same(partial, record)

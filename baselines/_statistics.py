@@ -68,6 +68,7 @@ class Summary:
         seed: Root of all seeds.
         reference: Policy that ``paired`` compares with.
         intervals: How the intervals were made.
+        units: Unit of each figure.
         policies: Mean of each figure, by policy.
         paired: Every other policy against the reference.
     """
@@ -77,6 +78,7 @@ class Summary:
     seed: int
     reference: str
     intervals: str
+    units: Mapping[str, str]
     policies: Mapping[str, Mapping[str, Estimate]]
     paired: Mapping[str, Paired]
 
@@ -91,6 +93,7 @@ def summarise(episodes: pd.DataFrame, plan: Plan) -> Summary:
         seed=plan.seed,
         reference=plan.reference,
         intervals=f"{100 * CONFIDENCE:.0f} % bootstrap over trials, BCa, {N_RESAMPLES} resamples",
+        units=FIGURES,
         policies={p: {f: _mean(rows[f].to_numpy(float)) for f in FIGURES} for p, rows in samples.items()},
         paired={p: _paired(rows, reference) for p, rows in samples.items() if p != plan.reference},
     )
@@ -136,8 +139,8 @@ def _interval(
 
 def ratio_of_means(other: np.ndarray, reference: np.ndarray, axis: int = -1) -> np.ndarray:
     """Mean of one sample over that of another; nan if that is 0."""
-    below = np.asarray(reference.mean(axis=axis))
-    return np.asarray(other.mean(axis=axis)) / np.where(below == 0.0, np.nan, below)
+    below = reference.mean(axis=axis)
+    return np.asarray(other.mean(axis=axis) / np.where(below == 0.0, np.nan, below))
 
 
 def _mean(sample: Float[np.ndarray, " trials"]) -> Estimate:
