@@ -1,1 +1,1 @@
-"""Floor: baselines."""
+"""Scripted policies, and the program that compares them: ``python -m baselines.evaluate``."""

@@ -1,1 +1,1 @@
-"""Floor: envs."""
+"""PettingZoo environments. The public module is `envs.rendezvous_v0`."""

@@ -1,1 +1,1 @@
-"""Floor: train."""
+"""Training of learned policies on the same environment; nothing here yet."""
