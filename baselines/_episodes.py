@@ -120,7 +120,7 @@ def run_episode(scenario: str | Scenario, policy: str | Policy, seed: int, *, tr
 
 
 def _row(tick: Tick) -> dict[str, np.ndarray]:
-    """Every robot after one iteration; poses as they are and as believed at that time."""
+    """Every robot after one iteration, poses as believed at that time; bumps and distance since the start."""
     truth, belief = tick.truth, tick.belief
     now, believed = truth.poses[:, -1], belief.estimate[:, -1]
     return {
