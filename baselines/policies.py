@@ -57,10 +57,10 @@ class RandomRendezvous:
 class ActiveRendezvous(RandomRendezvous):
     """The paper's policy: Algorithm 2 watches the error and calls, Algorithm 1 answers calls.
 
-    A robot that is called comes, along the strongest path of the caller's signal; a robot whose
-    Err passed the threshold calls and waits; all others walk at random. A caller that is itself
-    called comes too, unless caller and callee call each other: then the one with the lower
-    error comes and the other waits.
+    A robot that is called comes, along the strongest path of the caller's signal. A robot whose
+    Err passed the threshold calls and waits, or walks on while nobody hears it. All others walk
+    at random. A caller that is itself called comes too, unless caller and callee call each
+    other: then the one with the lower error comes and the other waits.
 
     Args:
         scenario: Gives the layout of the observations.
@@ -80,7 +80,8 @@ class ActiveRendezvous(RandomRendezvous):
     def _act(self, view: View, free_steps: np.ndarray) -> np.ndarray:
         lost = view.own("err")[:, 0] > self._threshold
         comes, slot = _whom_to_serve(view, lost)
-        walk = np.where(lost[:, None], 0.0, random_step(free_steps, rng=self._rng))
+        waits = lost & (view.slot("present")[..., 0] > 0.0).any(axis=1)
+        walk = np.where(waits[:, None], 0.0, random_step(free_steps, rng=self._rng))
         waypoint = np.where(comes[:, None], self._approach(view, slot, comes, free_steps), walk)
         return np.concatenate([waypoint, np.where(lost, 1.0, -1.0)[:, None]], axis=1)
 

@@ -57,6 +57,13 @@ def test_a_lost_robot_calls_and_waits() -> None:
     np.testing.assert_allclose(act(**{"own/err": 1.2}), [0.0, 0.0, 1.0])
 
 
+def test_a_lost_robot_that_nobody_hears_walks_on() -> None:
+    """Two that are out of each other's reach would otherwise wait for ever."""
+    action = act(**{"own/err": 1.2, "slot0/present": 0.0})
+    assert np.hypot(*action[:2]) > 0.5
+    assert action[2] > 0.0
+
+
 def test_a_called_robot_drives_along_the_strongest_path() -> None:
     """Algorithm 1: a full step towards the peak, here at the middle of bin 45."""
     env = parallel_env("paper-hw-2")

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 from wifipgo import segments
 from wifipgo.errors import require
 
-_TRIES = 10_000
+_TRIES = 2_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
