@@ -1,0 +1,51 @@
+"""Every example runs as it stands, and every command that the README names exists."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from house.project_files import ROOT
+
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, *arguments],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={"PATH": "", "PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg", "HOME": str(cwd)},
+    )
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name)
+def test_example_runs_and_is_short(path: Path, tmp_path: Path) -> None:
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 60
+    result = run(str(path), cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert result.stdout
+
+
+@pytest.mark.parametrize(
+    "command", sorted(set(re.findall(r"^python (-m \S+|\S+\.py)", README, re.MULTILINE)))
+)
+def test_readme_command_exists(command: str, tmp_path: Path) -> None:
+    words = command.split()
+    if words[0] != "-m":
+        words = [str(ROOT / words[0])]
+        assert Path(words[0]).is_file()
+        if "examples" in words[0]:
+            return  # run by the test above
+    result = run(*words, "--help", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+
+
+@pytest.mark.parametrize("code", re.findall(r"```python\n(.*?)```", README, re.DOTALL))
+def test_readme_code_runs(code: str, tmp_path: Path) -> None:
+    result = run("-c", code, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
