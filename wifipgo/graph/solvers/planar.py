@@ -1,4 +1,4 @@
-"""Maximum-likelihood poses (paper Eq. 3) by Levenberg-Marquardt. The only importer of gtsam."""
+"""Maximum-likelihood poses in the plane (paper Eq. 3) by Levenberg-Marquardt."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
