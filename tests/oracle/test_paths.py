@@ -32,7 +32,7 @@ def reference(name: str) -> dict[str, Any]:
     return content
 
 
-def traced(room: dict[str, Any], *, max_order: int = 1) -> Paths:
+def traced(room: dict[str, Any], *, max_order: int = 2) -> Paths:
     """Our paths of every pair of a reference room, boxes opaque."""
     walls, boxes, pairs = room["room"]["walls"], room["boxes"], room["pairs"]
     surfaces = surfaces_of(
@@ -67,7 +67,7 @@ def agree(ours: Paths, link: int, theirs: list[dict[str, Any]]) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", ROOMS)
-@pytest.mark.parametrize("max_order", [0, 1])
+@pytest.mark.parametrize("max_order", [0, 1, 2])
 def test_rooms_match_ray_tracer_one_to_one(name: str, max_order: int) -> None:
     """Every path of the reference up to this order is one of ours, and ours are no more."""
     room = reference(name)
@@ -83,12 +83,12 @@ def test_rooms_match_ray_tracer_one_to_one(name: str, max_order: int) -> None:
 
 
 def test_rooms_hold_all_paths_of_the_reference() -> None:
-    """So that the comparison above cannot be empty: 39 lines of sight and 149 reflections."""
+    """So that the comparison above cannot be empty: 39 lines of sight, 149 and 288 reflections."""
     rooms = [reference(name) for name in ROOMS]
     theirs = [path["order"] for room in rooms for pair in room["pairs"] for path in pair["paths"]]
     ours = np.concatenate([traced(room).order.ravel() for room in rooms])
-    assert [theirs.count(0), theirs.count(1)] == [39, 149]
-    assert [np.count_nonzero(ours == 0), np.count_nonzero(ours == 1)] == [39, 149]
+    assert [theirs.count(order) for order in range(3)] == [39, 149, 288]
+    assert [np.count_nonzero(ours == order) for order in range(3)] == [39, 149, 288]
 
 
 @pytest.mark.parametrize("name", [*ROOMS, "thin_wall_transmission"])
@@ -159,6 +159,27 @@ def test_empty_rectangle_matches_images(clockwise: bool) -> None:
     np.testing.assert_allclose(paths.azimuth_rx_rad[0], np.arctan2(away_m[:, 1], away_m[:, 0]), atol=1e-13)
     friis = WAVELENGTH_M / (4.0 * np.pi * length_m) * np.exp(-2j * np.pi * length_m / WAVELENGTH_M)
     np.testing.assert_allclose(paths.gain[0] / friis, np.where(paths.order[0] == 0, 1.0, -1.0), atol=1e-3)
+
+
+def test_empty_rectangle_matches_images_of_images() -> None:
+    """Eight images of images, each seen once; two reflections off metal change no sign."""
+    (width_m, height_m), (x, y), rx_m = (6.0, 5.0), (1.2, 3.4), np.array([4.13, 0.72])
+    walls_m = polygon_edges((UNIT_BOX + 1.0) / 2.0 * np.array([width_m, height_m]))
+    surfaces = surfaces_of(walls_m, carrier_hz=CARRIER_HZ, wall=Slab("metal", 0.1))
+    around = [(2 * width_m - x, -y), (-x, -y), (2 * width_m - x, 2 * height_m - y), (-x, 2 * height_m - y)]
+    across = [(x + 2 * width_m, y), (x - 2 * width_m, y), (x, y + 2 * height_m), (x, y - 2 * height_m)]
+    away_m = np.array(around + across) - rx_m
+    away_m = away_m[np.argsort(np.hypot(*away_m.T))]
+    length_m = np.hypot(*away_m.T)
+    paths = trace_paths(np.array([[x, y]]), rx_m[None], surfaces, carrier_hz=CARRIER_HZ, max_order=2)
+    assert paths.order.tolist() == [[0, 1, 1, 1, 1, *[2] * 8]]
+    row = 5 + np.argsort(paths.delay_s[0, 5:])
+    np.testing.assert_allclose(paths.delay_s[0, row] * SPEED_OF_LIGHT_M_S, length_m, rtol=1e-13)
+    np.testing.assert_allclose(
+        paths.azimuth_rx_rad[0, row], np.arctan2(away_m[:, 1], away_m[:, 0]), atol=1e-13
+    )
+    friis = WAVELENGTH_M / (4.0 * np.pi * length_m) * np.exp(-2j * np.pi * length_m / WAVELENGTH_M)
+    np.testing.assert_allclose(paths.gain[0, row] / friis, 1.0, atol=2e-3)
 
 
 def walls_order(walls_m: np.ndarray, corners_m: np.ndarray) -> np.ndarray:

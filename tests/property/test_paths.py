@@ -1,14 +1,13 @@
-"""What must hold for paths in any scene: reciprocity, symmetry, energy, defined answers to bad input."""
+"""What must hold for paths in any scene: reciprocity, symmetry, energy, finite answers where rays graze."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wifipgo.errors import UnknownNameError
 from wifipgo.radio.materials import (
     MATERIALS,
     Material,
@@ -26,6 +25,7 @@ ROOM_M = np.array([[0.0, 0.0], [12.0, 0.0], [12.0, 9.0], [0.0, 9.0]])
 UNIT_BOX = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 WOODEN = Slab("wood", 0.03)
 SEEDS = st.integers(0, 2**32 - 1)
+SOME = settings(max_examples=40)
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Scene:
         centres_m = np.stack([cells % 3 * 4.0 + 2.0, cells // 3 * 4.5 + 2.25], axis=-1)
         turned = [(0.0, 0.0, yaw_rad) for yaw_rad in rng.uniform(-np.pi, np.pi, len(cells))]
         boxes_m = [
-            centre_m + apply(np.array(turn), UNIT_BOX * rng.uniform(0.2, 1.1, 2))
+            centre_m + apply(np.array(turn), UNIT_BOX * rng.uniform(0.2, 0.8, 2))
             for centre_m, turn in zip(centres_m, turned, strict=True)
         ]
         names = rng.choice([name for name in MATERIALS if name != "metal"], len(cells)).tolist()
@@ -62,9 +62,14 @@ class Scene:
         return surfaces_of(walls_m, self.boxes_m, carrier_hz=CARRIER_HZ, wall=Slab(), obstacle=slabs)
 
     def paths(self, *, penetration: bool = True) -> Paths:
-        """All its paths."""
+        """All its paths with up to two reflections."""
         return trace_paths(
-            self.tx_m, self.rx_m, self.surfaces(), carrier_hz=CARRIER_HZ, penetration=penetration
+            self.tx_m,
+            self.rx_m,
+            self.surfaces(),
+            carrier_hz=CARRIER_HZ,
+            max_order=2,
+            penetration=penetration,
         )
 
 
@@ -87,13 +92,17 @@ def assert_same(got: Paths, expected: Paths, *, turned_rad: float = 0.0) -> None
         np.testing.assert_allclose(wrap_angle(ours - theirs - turned_rad)[there], 0.0, atol=1e-8)
 
 
+@SOME
 @given(seed=SEEDS, penetration=st.booleans())
 def test_swapping_ends_reverses_paths(seed: int, penetration: bool) -> None:
+    """A path goes back the way it came, with the same delay and gain, in the other order of its faces."""
     scene = Scene.draw(seed)
-    swapped = replace(scene, tx_m=scene.rx_m, rx_m=scene.tx_m)
-    assert_same(swapped.paths(penetration=penetration), reverse(scene.paths(penetration=penetration)))
+    swapped = replace(scene, tx_m=scene.rx_m, rx_m=scene.tx_m).paths(penetration=penetration)
+    there = scene.paths(penetration=penetration)
+    assert_same(by_delay(swapped), by_delay(reverse(there)))
 
 
+@SOME
 @given(
     seed=SEEDS,
     yaw_rad=st.floats(-np.pi, np.pi),
@@ -117,6 +126,7 @@ def test_moving_everything_turns_azimuths_only(
     )
 
 
+@SOME
 @given(seed=SEEDS)
 def test_order_of_faces_and_links_does_not_matter(seed: int) -> None:
     """Permuted faces give the same paths, and each link has the same ones in any company."""
@@ -130,10 +140,11 @@ def test_order_of_faces_and_links_does_not_matter(seed: int) -> None:
         thickness_m=surfaces.thickness_m[faces],
         n_walls=surfaces.n_walls,
     )
-    got = trace_paths(scene.tx_m[links], scene.rx_m[links], permuted, carrier_hz=CARRIER_HZ)
+    got = trace_paths(scene.tx_m[links], scene.rx_m[links], permuted, carrier_hz=CARRIER_HZ, max_order=2)
     assert_same(by_delay(got), by_delay(Paths(*(column[links] for column in scene.paths()))))
 
 
+@SOME
 @given(seed=SEEDS)
 def test_opaque_boxes_leave_the_paths_that_cross_none(seed: int) -> None:
     """What is left with opaque boxes is unchanged by letting waves through; the rest loses."""
@@ -151,10 +162,15 @@ def test_opaque_boxes_leave_the_paths_that_cross_none(seed: int) -> None:
 LATTICE = st.lists(st.integers(0, 8), min_size=4, max_size=4)
 
 
+@SOME
 @given(links=st.lists(LATTICE, min_size=1, max_size=8), metal=st.booleans(), penetration=st.booleans())
 def test_grazing_geometry_gives_no_nan(links: list[list[int]], metal: bool, penetration: bool) -> None:
     """Points on a grid that meets faces, corners and walls: finite answers, gain 0 only for no path."""
-    ends_m = np.array([link for link in links if link[:2] != link[2:]], dtype=float).reshape(-1, 2, 2)
+    inside = [[2, 2], [6, 4]]
+    links = [
+        link for link in links if link[:2] != link[2:] and link[:2] not in inside and link[2:] not in inside
+    ]
+    ends_m = np.array(links, dtype=float).reshape(-1, 2, 2)
     boxes_m = [UNIT_BOX + 2.0, UNIT_BOX + np.array([6.0, 4.0]), UNIT_BOX[::2] + np.array([3.0, 6.0])]
     surfaces = surfaces_of(
         polygon_edges(4.0 * UNIT_BOX + 4.0),
@@ -163,7 +179,9 @@ def test_grazing_geometry_gives_no_nan(links: list[list[int]], metal: bool, pene
         wall=Slab(),
         obstacle=Slab("metal", 0.1) if metal else WOODEN,
     )
-    paths = trace_paths(ends_m[:, 0], ends_m[:, 1], surfaces, carrier_hz=CARRIER_HZ, penetration=penetration)
+    paths = trace_paths(
+        ends_m[:, 0], ends_m[:, 1], surfaces, carrier_hz=CARRIER_HZ, max_order=2, penetration=penetration
+    )
     assert all(np.isfinite(column).all() for column in paths)
     np.testing.assert_array_equal(paths.gain == 0.0, paths.order == -1)
     assert paths.gain.shape[1] == max(1, (paths.order >= 0).sum(axis=1).max(initial=0))
@@ -195,52 +213,6 @@ def test_slab_makes_no_energy(
     assert not lossless or power == pytest.approx(1.0, abs=1e-9)
 
 
-def trace(tx_m: list[list[float]], rx_m: list[list[float]], max_order: int = 1) -> Paths:
-    """Paths in a room of concrete."""
-    surfaces = surfaces_of(polygon_edges(ROOM_M), carrier_hz=CARRIER_HZ, wall=Slab())
-    ends_m = [np.array(points_m, dtype=float).reshape(-1, 2) for points_m in (tx_m, rx_m)]
-    return trace_paths(ends_m[0], ends_m[1], surfaces, carrier_hz=CARRIER_HZ, max_order=max_order)
-
-
 def test_no_links_give_no_rows() -> None:
-    assert trace([], []).gain.shape == (0, 1)
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: trace([[1, 1], [2, 2]], [[1, 2], [2, 2]]), "must differ.* at link 1"),
-        (lambda: trace([[1, 1], [2, np.nan]], [[1, 2], [3, 2]]), "tx_m must be finite.* at link 1"),
-        (lambda: trace([[1, 1]], [[np.inf, 1]]), "rx_m must be finite.* at link 0"),
-        (lambda: trace([[1, 1]], [[2, 1]], max_order=2), "order 2 is not there yet"),
-    ],
-)
-def test_bad_links_are_refused(call: Callable[[], Paths], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        call()
-
-
-@pytest.mark.parametrize(
-    ("corners_m", "boxes_m", "wall", "message"),
-    [
-        (ROOM_M, [UNIT_BOX[::-1]], Slab(), r"obstacles_m\[0\] must be counter-clockwise"),
-        (ROOM_M, [], [Slab(), Slab()], "number of wall slabs must be 4, got 2"),
-        (ROOM_M[[0, 1, 1, 2, 3]], [], Slab(), "faces longer than 0"),
-        (np.concatenate([ROOM_M, [[6.0, 4.0]]]), [], Slab(), "a convex room"),
-        (ROOM_M * np.nan, [], Slab(), "must be finite"),
-    ],
-)
-def test_bad_scenes_are_refused(
-    corners_m: np.ndarray, boxes_m: list[np.ndarray], wall: Slab | list[Slab], message: str
-) -> None:
-    with pytest.raises(ValueError, match=message):
-        surfaces_of(polygon_edges(corners_m), boxes_m, carrier_hz=CARRIER_HZ, wall=wall, obstacle=WOODEN)
-
-
-def test_bad_slabs_are_refused() -> None:
-    with pytest.raises(UnknownNameError, match="known: brick, chipboard"):
-        Slab("cheese", 0.1)
-    with pytest.raises(ValueError, match="thickness_m must be > 0"):
-        Slab("brick", 0.0)
-    with pytest.raises(ValueError, match="carrier_hz must be > 0"):
-        relative_permittivity(MATERIALS["brick"], float("nan"))
+    scene = replace(Scene.draw(0), tx_m=np.empty((0, 2)), rx_m=np.empty((0, 2)))
+    assert scene.paths().gain.shape == (0, 1)

@@ -15,26 +15,49 @@ from wifipgo.errors import pick, require
 
 SPEED_OF_LIGHT_M_S = 299_792_458.0
 VACUUM_PERMITTIVITY_F_M = 8.8541878128e-12
+# Smallest cosine of incidence: without it a lossless slab would divide nothing by nothing.
+_GRAZING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """Constants of a building material: permittivity ``a g^b`` and conductivity ``c g^d`` S/m, g in GHz."""
+    """Constants of a building material: permittivity ``a g^b`` and conductivity ``c g^d`` S/m, g in GHz.
+
+    Attributes:
+        a: Relative permittivity at 1 GHz.
+        b: Its exponent.
+        c: Conductivity at 1 GHz, S/m.
+        d: Its exponent.
+        lowest_hz: Lowest frequency at which the constants hold.
+        highest_hz: Highest frequency at which they hold.
+    """
 
     a: float
     b: float
     c: float
     d: float
+    lowest_hz: float = 1e9
+    highest_hz: float = 100e9
+
+    def __post_init__(self) -> None:
+        """Reject values that cannot mean anything, among them what would amplify."""
+        require(bool(1.0 <= self.a < np.inf), "Material.a", ">= 1 and finite", self.a)
+        require(bool(0.0 <= self.c < np.inf), "Material.c", ">= 0 and finite", self.c)
+        for name in ("b", "d"):
+            value = getattr(self, name)
+            require(bool(np.isfinite(value)), f"Material.{name}", "finite", value)
+        holds = bool(0.0 < self.lowest_hz <= self.highest_hz < np.inf)
+        require(holds, "Material.lowest_hz", "> 0 and <= highest_hz < inf", (self.lowest_hz, self.highest_hz))
 
 
-# ITU-R P.2040-3 (08/2023), Table 3.
+# ITU-R P.2040-3 (08/2023), Table 3, with the frequencies for which it gives them.
 MATERIALS: Mapping[str, Material] = MappingProxyType(
     {
         "concrete": Material(5.24, 0.0, 0.0462, 0.7822),
-        "brick": Material(3.91, 0.0, 0.0238, 0.16),
+        "brick": Material(3.91, 0.0, 0.0238, 0.16, highest_hz=40e9),
         "plasterboard": Material(2.73, 0.0, 0.0085, 0.9395),
-        "wood": Material(1.99, 0.0, 0.0047, 1.0718),
-        "glass": Material(6.31, 0.0, 0.0036, 1.3394),
+        "wood": Material(1.99, 0.0, 0.0047, 1.0718, lowest_hz=1e6),
+        "glass": Material(6.31, 0.0, 0.0036, 1.3394, lowest_hz=100e6),
         "chipboard": Material(2.58, 0.0, 0.0217, 0.7800),
         "metal": Material(1.0, 0.0, 1e7, 0.0),
     }
@@ -43,20 +66,32 @@ MATERIALS: Mapping[str, Material] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Slab:
-    """What a wall is made of. The material is a name in `MATERIALS`."""
+    """What a wall is made of: a name in `MATERIALS`, or constants of one's own."""
 
-    material: str = "concrete"
+    material: str | Material = "concrete"
     thickness_m: float = 0.2
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
-        pick(MATERIALS, self.material, "material")
+        if isinstance(self.material, str):
+            pick(MATERIALS, self.material, "material")
         require(bool(0.0 < self.thickness_m < np.inf), "Slab.thickness_m", "> 0 and finite", self.thickness_m)
+
+    def permittivity(self, carrier_hz: float) -> complex:
+        """Complex relative permittivity at a frequency; see `relative_permittivity`."""
+        material = MATERIALS[self.material] if isinstance(self.material, str) else self.material
+        return relative_permittivity(material, carrier_hz)
 
 
 def relative_permittivity(material: Material, carrier_hz: float) -> complex:
-    """Complex relative permittivity ``a g^b - j sigma / (2 pi f eps0)`` (ITU-R P.2040-3)."""
-    require(bool(0.0 < carrier_hz < np.inf), "carrier_hz", "> 0 and finite", carrier_hz)
+    """Complex relative permittivity ``a g^b - j sigma / (2 pi f eps0)`` (ITU-R P.2040-3).
+
+    Raises:
+        ValueError: If the frequency is outside the range in which the material's constants hold.
+    """
+    holds = bool(material.lowest_hz <= carrier_hz <= material.highest_hz)
+    rule = f"in {material.lowest_hz:g}..{material.highest_hz:g} for {material}"
+    require(holds, "carrier_hz", rule, carrier_hz)
     g = carrier_hz / 1e9
     conductivity_s_m = material.c * g**material.d
     return complex(
@@ -77,7 +112,8 @@ def slab_reflection(
     Args:
         permittivity: Relative permittivity of each slab.
         thickness_m: Thickness of each slab.
-        cos_incidence: Cosine of the angle between ray and normal, in (0, 1].
+        cos_incidence: Cosine of the angle between ray and normal, in (0, 1]; rounding above 1 or
+            down to 0 is borne.
         carrier_hz: Frequency.
 
     Returns:
@@ -111,6 +147,7 @@ def _interface(
     carrier_hz: float,
 ) -> tuple[Complex[np.ndarray, "*n"], Complex[np.ndarray, "*n"]]:
     """Fresnel coefficient of the front side, and the propagation factor ``exp(-jq)`` across the slab."""
+    cos_incidence = np.maximum(cos_incidence, _GRAZING)
     s = np.sqrt(permittivity - 1.0 + cos_incidence * cos_incidence)
     wavenumber = 2.0 * np.pi * carrier_hz / SPEED_OF_LIGHT_M_S
     one_way = np.exp(-1j * (wavenumber * thickness_m * s))

@@ -1,27 +1,27 @@
-"""Propagation paths between points among flat walls: image method in the plane.
+"""Propagation paths between points among flat walls, with complex gains.
 
-Reflection point, length and incidence follow from the height of both ends of a link over
-a face and their positions along it (`Surfaces`). The line of sight counts as a face whose
-images are the points themselves. Spreading is that of free space in three dimensions.
-
-In the working arrays the first axis is the end of the link (0 transmitter, 1 receiver), the
-second the coordinate; links or rays come last, which is what makes them fast.
+Where rays can be reflected is found by the image method (`wifipgo.radio.images`), what they
+cross on the way in `wifipgo.radio.obstruction`. Spreading is that of free space in three
+dimensions.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Complex, Float, Int
+from jaxtyping import Complex, Float, Int
 
 from wifipgo.errors import require
-from wifipgo.radio.materials import SPEED_OF_LIGHT_M_S, slab_reflection, slab_transmission
+from wifipgo.radio._ends import checked_ends
+from wifipgo.radio.images import Rays, double_bounces, single_bounces
+from wifipgo.radio.materials import SPEED_OF_LIGHT_M_S, slab_reflection
+from wifipgo.radio.obstruction import crossed, transmission
 from wifipgo.radio.surfaces import Surfaces, surfaces_of
 
 __all__ = ["Paths", "Surfaces", "reverse", "surfaces_of", "trace_paths"]
 
 
 class Paths(NamedTuple):
-    """Paths of a batch of links: line of sight first, then reflections in the order of the faces.
+    """Paths of a batch of links: line of sight first, then reflections by order and face.
 
     A path that is missing has gain 0, order -1 and zeros elsewhere. The gain is the amplitude
     ratio between isotropic antennas and includes ``exp(-j 2 pi f delay)``. An azimuth points
@@ -35,17 +35,6 @@ class Paths(NamedTuple):
     order: Int[np.ndarray, "links paths"]
 
 
-class _Rays(NamedTuple):
-    """Candidate paths in one flat list, sorted by link."""
-
-    link: Int[np.ndarray, " rays"]
-    face: Int[np.ndarray, " rays"]  # 0 is the line of sight
-    to_image_m: Float[np.ndarray, "2 2 rays"]  # from each end to the image of the other
-    length_m: Float[np.ndarray, " rays"]
-    cos_incidence: Float[np.ndarray, " rays"]
-    hit_m: Float[np.ndarray, "2 rays"]  # where it meets the face; halfway on the line of sight
-
-
 def trace_paths(
     tx_m: Float[np.ndarray, "links 2"],
     rx_m: Float[np.ndarray, "links 2"],
@@ -55,40 +44,40 @@ def trace_paths(
     max_order: int = 1,
     penetration: bool = True,
 ) -> Paths:
-    """Line of sight and single reflections of every link, with complex gains.
+    """Line of sight and reflections of every link, with complex gains.
 
-    ``h = lambda / (4 pi L) R T_1 T_2 ... exp(-j 2 pi f L / c)``: R the reflection at the face, T
-    the transmission through every obstacle face on the way. The slab is a plane without
+    ``h = lambda / (4 pi L) R_1 R_2 T_1 T_2 ... exp(-j 2 pi f L / c)``: R the reflection at each
+    face, T the transmission through every obstacle face on the way. The slab is a plane without
     extent, as in ITU-R P.2040-3: it neither lengthens nor shifts the ray.
 
     Args:
-        tx_m: Transmitters, inside the room, m.
-        rx_m: Receivers, inside the room, m.
+        tx_m: Transmitters, inside the room and outside obstacles, m. Up to a millimetre on the
+            wrong side of a face is taken as just in front of it.
+        rx_m: Receivers, likewise, m.
         surfaces: The scene.
-        carrier_hz: Frequency.
-        max_order: 0 for the line of sight only, 1 for reflections too.
+        carrier_hz: Frequency, the one at which the scene's materials are taken.
+        max_order: Most reflections of a path: 0, 1 or 2.
         penetration: Whether a ray goes on, weaker, through obstacles that it meets; otherwise it ends.
 
     Returns:
-        As many columns as the link with most paths has, and at least one.
+        As many columns as the link with most paths has, and at least one. A link without any
+        path is a row of order -1 and gain 0.
 
     Raises:
-        ValueError: If a coordinate is not finite, a link has no length, or an order is not there.
+        ValueError: If a coordinate is not finite, a link is shorter than a micrometre or ends
+            inside an obstacle or outside the room, or the order or the frequency is none.
     """
-    require(max_order in {0, 1}, "max_order", "0 or 1 (order 2 is not there yet)", max_order)
-    ends = np.ones((2, 3, len(tx_m)))
-    ends[0, :2], ends[1, :2] = tx_m.T, rx_m.T
-    _check_links(ends)
-    height_m = surfaces.to_height @ ends
-    rays = _rays(ends, height_m, surfaces, max_order=max_order)
-    gain = _spreading(rays.length_m * (carrier_hz / SPEED_OF_LIGHT_M_S))
-    gain *= _reflection(rays, surfaces, carrier_hz)
-    if surfaces.n_walls < len(surfaces.ends_m):
-        crossed = _crossed(rays, ends, height_m, surfaces)
-        gain *= (
-            _transmission(crossed, rays, surfaces, carrier_hz) if penetration else ~crossed.any(axis=(0, 2))
-        )
-    return _padded(rays, gain, n_links=len(tx_m))
+    require(max_order in {0, 1, 2}, "max_order", "0, 1 or 2", max_order)
+    require(bool(0.0 < carrier_hz < np.inf), "carrier_hz", "> 0 and finite", carrier_hz)
+    ends, height_m = checked_ends(tx_m, rx_m, surfaces)
+    found = [single_bounces(ends, height_m, surfaces, reflect=max_order > 0)]
+    if max_order == 2:
+        found.append(double_bounces(ends, height_m, surfaces))
+    traced = [
+        _gained(rays, ends, height_m, surfaces, carrier_hz=carrier_hz, penetration=penetration)
+        for rays in found
+    ]
+    return _padded(traced, n_links=len(tx_m))
 
 
 def reverse(paths: Paths) -> Paths:
@@ -96,43 +85,41 @@ def reverse(paths: Paths) -> Paths:
     return paths._replace(azimuth_rx_rad=paths.azimuth_tx_rad, azimuth_tx_rad=paths.azimuth_rx_rad)
 
 
-def _check_links(ends: Float[np.ndarray, "2 3 links"]) -> None:
-    """Refuse ends that are not finite or coincide."""
-    if not np.isfinite(ends).all():
-        end, index = np.argwhere(~np.isfinite(ends).all(axis=1))[0]
-        got = ends[end, :2, index].tolist()
-        raise ValueError(f"{('tx_m', 'rx_m')[end]} must be finite, got {got} at link {index}")
-    apart = (ends[0] != ends[1]).any(axis=0)
-    if not apart.all():
-        index = np.argmin(apart)
-        raise ValueError(f"tx_m and rx_m must differ, both are {ends[0, :2, index].tolist()} at link {index}")
-
-
-def _rays(
+def _gained(
+    rays: Rays,
     ends: Float[np.ndarray, "2 3 links"],
     height_m: Float[np.ndarray, "2 lines links"],
     surfaces: Surfaces,
     *,
-    max_order: int,
-) -> _Rays:
-    """Every line of sight and reflection that exists if nothing stands in the way.
+    carrier_hz: float,
+    penetration: bool,
+) -> tuple[Rays, Complex[np.ndarray, " _"]]:
+    """Rays that get through, with their gains."""
+    if surfaces.n_walls == len(surfaces.ends_m):
+        return rays, _unobstructed(rays, surfaces, carrier_hz)
+    across = crossed(rays, ends, height_m, surfaces)
+    if penetration:
+        through = transmission(across, rays, surfaces, carrier_hz)
+        return rays, _unobstructed(rays, surfaces, carrier_hz) * through
+    rays = rays.only(np.flatnonzero(~across.any(axis=(0, 1))))
+    return rays, _unobstructed(rays, surfaces, carrier_hz)
 
-    A face reflects when both ends are in front of it and the straight line from one end
-    to the image of the other passes between the ends of the face.
-    """
-    along_m, sum_m = surfaces.to_along @ ends, height_m[0] + height_m[1]
-    weighted = along_m[0] * height_m[1] + along_m[1] * height_m[0]  # position of the hit, times sum_m
-    exists = (weighted >= 0.0) & (weighted < surfaces.length_m[:, None] * sum_m)
-    exists &= (height_m[0] > 0.0) & (height_m[1] > 0.0)
-    exists[1:] &= max_order > 0
-    link, face = np.divmod(np.flatnonzero(exists.T), len(exists))
-    up_m = height_m.reshape(2, -1).take(face * ends.shape[-1] + link, axis=1)
-    both_up_m = up_m[0] + up_m[1]
-    gap_m, normal = (ends[1, :2] - ends[0, :2]).take(link, axis=1), surfaces.normal.take(face, axis=1)
-    to_image_m = np.stack([gap_m - 2.0 * up_m[1] * normal, -gap_m - 2.0 * up_m[0] * normal])
-    length_m = np.sqrt(to_image_m[0, 0] ** 2 + to_image_m[0, 1] ** 2)
-    hit_m = ends[0, :2].take(link, axis=1) + up_m[0] / both_up_m * to_image_m[0]
-    return _Rays(link, face, to_image_m, length_m, np.minimum(both_up_m / length_m, 1.0), hit_m)
+
+def _unobstructed(rays: Rays, surfaces: Surfaces, carrier_hz: float) -> Complex[np.ndarray, " rays"]:
+    """Spreading and reflections of each ray."""
+    gain = _spreading(rays.length_m * (carrier_hz / SPEED_OF_LIGHT_M_S))
+    reflection = np.ones(rays.face.size, dtype=complex)
+    bounced = np.flatnonzero(rays.face)
+    face = rays.face.ravel().take(bounced) - 1
+    reflection[bounced] = slab_reflection(
+        surfaces.permittivity.take(face),
+        surfaces.thickness_m.take(face),
+        rays.cos_incidence.ravel().take(bounced),
+        carrier_hz,
+    )
+    for each in reflection.reshape(rays.face.shape):
+        gain *= each
+    return gain
 
 
 def _spreading(wavelengths: Float[np.ndarray, " rays"]) -> Complex[np.ndarray, " rays"]:
@@ -140,77 +127,26 @@ def _spreading(wavelengths: Float[np.ndarray, " rays"]) -> Complex[np.ndarray, "
     return np.exp(-2j * np.pi * wavelengths) / (4.0 * np.pi * wavelengths)
 
 
-def _reflection(rays: _Rays, surfaces: Surfaces, carrier_hz: float) -> Complex[np.ndarray, " rays"]:
-    """Reflection coefficient of each ray at its face; 1 on the line of sight."""
-    out = np.ones(len(rays.face), dtype=complex)
-    bounced = np.flatnonzero(rays.face)
-    face, cos_incidence = rays.face.take(bounced) - 1, rays.cos_incidence.take(bounced)
-    out[bounced] = slab_reflection(
-        surfaces.permittivity.take(face), surfaces.thickness_m.take(face), cos_incidence, carrier_hz
-    )
-    return out
-
-
-def _crossed(
-    rays: _Rays,
-    ends: Float[np.ndarray, "2 3 links"],
-    height_m: Float[np.ndarray, "2 lines links"],
-    surfaces: Surfaces,
-) -> Bool[np.ndarray, "2 rays obstacle_faces"]:
-    """Which obstacle faces lie across the way of each ray from either end to the hit.
-
-    The ends of that leg are on different sides of the face, and the ends of the face on
-    different sides of the leg.
-    """
-    first = surfaces.n_walls + 1
-    to_height, corners_m = surfaces.to_height[first:], surfaces.ends_m[first - 1 :]
-    front_hit = rays.hit_m.T @ to_height[:, :2].T + to_height[:, 2] > 0.0
-    own = np.flatnonzero(rays.face >= first)
-    front_hit[own, rays.face[own] - first] = True  # both legs stay in front of the face that they end on
-    front_end = (height_m[:, first:] > 0.0).swapaxes(1, 2).take(rays.link, axis=1)
-    across = rays.to_image_m[:, ::-1].swapaxes(1, 2) * (-1.0, 1.0)
-    offset = np.einsum("erk,ekr->er", across, ends[:, :2].take(rays.link, axis=2))[..., None]
-    left_start, left_end = (across @ corners_m[:, k].T > offset for k in (0, 1))
-    return (front_end != front_hit) & (left_start != left_end)
-
-
-def _transmission(
-    crossed: Bool[np.ndarray, "2 rays obstacle_faces"], rays: _Rays, surfaces: Surfaces, carrier_hz: float
-) -> Complex[np.ndarray, " rays"]:
-    """Product of the transmission coefficients of all obstacle faces that each ray crosses."""
-    out = np.ones(crossed.shape[:2], dtype=complex)
-    leg, face = np.divmod(np.flatnonzero(crossed), crossed.shape[2])
-    if len(leg):
-        face += surfaces.n_walls
-        end, ray = np.divmod(leg, crossed.shape[1])
-        climb_m = (rays.to_image_m[end, :, ray] * surfaces.normal.T[face + 1]).sum(axis=-1)
-        cos_incidence = np.minimum(np.abs(climb_m) / rays.length_m[ray], 1.0)
-        each = slab_transmission(
-            surfaces.permittivity[face], surfaces.thickness_m[face], cos_incidence, carrier_hz
-        )
-        start = np.flatnonzero(np.diff(leg, prepend=-1))
-        out.reshape(-1)[leg[start]] = np.multiply.reduceat(each, start)
-    return out[0] * out[1]
-
-
-def _padded(rays: _Rays, gain: Complex[np.ndarray, " rays"], *, n_links: int) -> Paths:
+def _padded(traced: list[tuple[Rays, Complex[np.ndarray, " _"]]], *, n_links: int) -> Paths:
     """Rays that something is left of, as rows of equal length."""
-    kept = np.flatnonzero(gain != 0.0)
-    link = rays.link.take(kept)
-    count = np.bincount(link, minlength=n_links)
-    n_paths = max(1, int(count.max(initial=0)))
-    place = link * n_paths + np.arange(len(kept)) - (np.cumsum(count) - count).take(link)
-
-    def rows(values: np.ndarray, missing: int = 0) -> np.ndarray:
-        out = np.full(n_links * n_paths, missing, dtype=values.dtype)
-        out[place] = values.take(kept)
-        return out.reshape(n_links, n_paths)
-
-    azimuth_rad = np.arctan2(rays.to_image_m[:, 1] + 0.0, rays.to_image_m[:, 0])  # -0.0 would give -pi
-    return Paths(
-        gain=rows(gain),
-        delay_s=rows(rays.length_m / SPEED_OF_LIGHT_M_S),
-        azimuth_rx_rad=rows(azimuth_rad[1]),
-        azimuth_tx_rad=rows(azimuth_rad[0]),
-        order=rows(np.minimum(rays.face, 1), missing=-1),
-    )
+    kept = [np.flatnonzero(gain) for _, gain in traced]
+    counts = [
+        np.bincount(rays.link.take(some), minlength=n_links)
+        for (rays, _), some in zip(traced, kept, strict=True)
+    ]
+    n_paths = max(1, int(np.add.reduce(counts).max(initial=0)))
+    size, begin = n_links * n_paths, np.arange(n_links) * n_paths  # where the next ray of a link goes
+    gain, delay_s, order = np.zeros(size, dtype=complex), np.zeros(size), np.full(size, -1)
+    azimuth_rad = np.zeros((2, size))
+    for (rays, gains), some, count in zip(traced, kept, counts, strict=True):
+        place = np.arange(len(some)) + (begin - (np.cumsum(count) - count)).repeat(count)
+        begin += count
+        gain[place] = gains.take(some)
+        delay_s[place] = rays.length_m.take(some) / SPEED_OF_LIGHT_M_S
+        order[place] = np.minimum(rays.face[-1].take(some), 1) + len(rays.face) - 1
+        for azimuth, to_image_m in zip(azimuth_rad, rays.legs_m[:: len(rays.face)], strict=True):
+            x_m, y_m = to_image_m.take(some, axis=1)
+            azimuth[place] = np.arctan2(y_m + 0.0, x_m)  # -0.0 would give -pi
+    shape = (n_links, n_paths)
+    columns = (gain, delay_s, azimuth_rad[1], azimuth_rad[0], order)
+    return Paths(*(column.reshape(shape) for column in columns))

@@ -7,7 +7,9 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from wifipgo.errors import require
-from wifipgo.radio.materials import MATERIALS, Slab, relative_permittivity
+from wifipgo.radio.materials import Slab
+from wifipgo.radio.outline import Outline, facing_inwards, is_convex, outline_of
+from wifipgo.radio.visibility import FacePairs, face_pairs
 from wifipgo.segments import cross, polygon_edges
 
 
@@ -26,11 +28,14 @@ class Surfaces:
         thickness_m: Thickness of the slab behind every face, m.
         n_walls: The first ``n_walls`` faces are the outer walls of a convex room: their inner
             side reflects and, with every robot inside, they never stand in the way. The other
-            faces belong to obstacles, counter-clockwise, so their front is on the right.
+            faces belong to obstacles, counter-clockwise, so their front is on the right, or
+            are the walls of a room that is not convex, clockwise.
         normal: Unit vector out of the front of each face (derived).
         to_along: Rows that take ``(x, y, 1)`` to the position along each face, m (derived).
         to_height: Rows that take ``(x, y, 1)`` to the height over each face, m (derived).
         length_m: Length of each face, m (derived).
+        outline: Corners and winding of the faces that are not outer walls (derived).
+        pairs: Faces that can reflect into each other (derived).
     """
 
     ends_m: Float[np.ndarray, "faces 2 2"]
@@ -41,6 +46,8 @@ class Surfaces:
     to_along: Float[np.ndarray, "lines 3"] = field(init=False, repr=False)
     to_height: Float[np.ndarray, "lines 3"] = field(init=False, repr=False)
     length_m: Float[np.ndarray, " lines"] = field(init=False, repr=False)
+    outline: Outline = field(init=False, repr=False)
+    pairs: FacePairs = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Refuse faces without length and rooms that are not convex; work out the derived arrays."""
@@ -51,12 +58,21 @@ class Surfaces:
         require(bool(np.all(length_m > 0.0)), "Surfaces.ends_m", "faces longer than 0", length_m)
         direction = edge_m / length_m[:, None]
         normal = np.stack([direction[:, 1], -direction[:, 0]], axis=-1)
-        _turn_inwards(normal[: self.n_walls], self.ends_m[: self.n_walls])
+        walls_m = self.ends_m[: self.n_walls]
+        require(
+            is_convex(walls_m),
+            "Surfaces.ends_m",
+            "a convex room in its first n_walls faces",
+            walls_m.tolist(),
+        )
+        _turn_inwards(normal[: self.n_walls], walls_m)
         put = object.__setattr__  # the way to derive fields of a frozen dataclass
         put(self, "normal", np.concatenate([np.zeros((2, 1)), normal.T], axis=1))
         put(self, "to_along", _affine(direction, base_m, at_sight=0.0))
         put(self, "to_height", _affine(normal, base_m, at_sight=1.0))
         put(self, "length_m", np.concatenate([[np.inf], length_m]))
+        put(self, "outline", outline_of(self.ends_m[self.n_walls :]))
+        put(self, "pairs", face_pairs(self.ends_m, self.to_along, self.to_height))
 
 
 def surfaces_of(
@@ -67,10 +83,10 @@ def surfaces_of(
     wall: Slab | Sequence[Slab],
     obstacle: Slab | Sequence[Slab] = (),
 ) -> Surfaces:
-    """Faces of a convex room and the obstacles in it.
+    """Faces of a room and the obstacles in it.
 
     Args:
-        walls_m: Outer walls, m, in any order and direction.
+        walls_m: Outer walls, m, in any order and direction; closed if the room is not convex.
         obstacles_m: Corners of each obstacle, m, counter-clockwise.
         carrier_hz: Frequency at which the materials are taken.
         wall: What the walls are made of; one for all, or one each.
@@ -80,8 +96,8 @@ def surfaces_of(
         The scene for `wifipgo.radio.paths.trace_paths`.
 
     Raises:
-        ValueError: If an obstacle is clockwise, a room not convex, a face without length, or
-            the number of slabs does not fit.
+        ValueError: If an obstacle is clockwise, a room neither convex nor closed, a face without
+            length, the number of slabs does not fit, or the frequency is none of a material's.
     """
     for index, corners_m in enumerate(obstacles_m):
         turn = float(cross(corners_m, np.roll(corners_m, -1, axis=0)).sum())
@@ -89,12 +105,14 @@ def surfaces_of(
     slabs = _one_each(wall, len(walls_m), "wall")
     per_obstacle = _one_each(obstacle, len(obstacles_m), "obstacle")
     slabs += [slab for slab, corners_m in zip(per_obstacle, obstacles_m, strict=True) for _ in corners_m]
-    permittivity = [relative_permittivity(MATERIALS[slab.material], carrier_hz) for slab in slabs]
+    n_walls = len(walls_m)
+    if np.isfinite(walls_m).all() and not is_convex(walls_m):
+        walls_m, n_walls = facing_inwards(walls_m), 0
     return Surfaces(
         ends_m=np.concatenate([walls_m, *map(polygon_edges, obstacles_m)]),
-        permittivity=np.array(permittivity, dtype=complex),
+        permittivity=np.array([slab.permittivity(carrier_hz) for slab in slabs], dtype=complex),
         thickness_m=np.array([slab.thickness_m for slab in slabs], dtype=float),
-        n_walls=len(walls_m),
+        n_walls=n_walls,
     )
 
 
@@ -107,14 +125,10 @@ def _one_each(slabs: Slab | Sequence[Slab], count: int, name: str) -> list[Slab]
 
 
 def _turn_inwards(normal: Float[np.ndarray, "walls 2"], walls_m: Float[np.ndarray, "walls 2 2"]) -> None:
-    """Flip, in place, the normals of walls that point out of the room; refuse a room that is not convex."""
-    if not len(walls_m):
-        return
-    middle_m = walls_m.reshape(-1, 2).mean(axis=0)
-    normal *= np.where(((middle_m - walls_m[:, 0]) * normal).sum(-1) < 0.0, -1.0, 1.0)[:, None]
-    height_m = np.einsum("fk,fwek->fwe", normal, walls_m[None] - walls_m[:, None, :1])
-    lowest_m = float(height_m.min())
-    require(lowest_m >= -1e-6, "Surfaces.ends_m", "a convex room in its first n_walls faces", lowest_m)
+    """Flip, in place, the normals of walls of a convex room that point out of it."""
+    if len(walls_m):
+        middle_m = walls_m.reshape(-1, 2).mean(axis=0)
+        normal[((middle_m - walls_m[:, 0]) * normal).sum(axis=-1) < 0.0] *= -1.0
 
 
 def _affine(

@@ -1,0 +1,131 @@
+"""Paths of random scenes against a second image method that is slow, scalar and shares no code."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from image_method import Face, all_paths
+
+from wifipgo.radio.materials import MATERIALS, SPEED_OF_LIGHT_M_S, Material, Slab
+from wifipgo.radio.paths import Surfaces, surfaces_of, trace_paths
+from wifipgo.se2 import wrap_angle
+from wifipgo.segments import cross, crossings, distance_to_segments, polygon_edges
+
+OWN = Material(3.3, 0.02, 0.011, 1.2)  # of no table
+SLABS: list[str | Material] = [*MATERIALS, OWN]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A room, obstacles that may touch it and each other, and links between points in the open."""
+
+    room_m: np.ndarray
+    obstacles_m: list[np.ndarray]
+    slabs: list[Slab]
+    carrier_hz: float
+    tx_m: np.ndarray
+    rx_m: np.ndarray
+
+    @property
+    def edges_m(self) -> list[np.ndarray]:
+        """Edges of the room, clockwise, and of the obstacles, counter-clockwise."""
+        return [polygon_edges(corners_m) for corners_m in (self.room_m[::-1], *self.obstacles_m)]
+
+    def surfaces(self) -> Surfaces:
+        """For our tracer."""
+        n_walls = len(self.room_m)
+        return surfaces_of(
+            self.edges_m[0],
+            self.obstacles_m,
+            carrier_hz=self.carrier_hz,
+            wall=self.slabs[:n_walls],
+            obstacle=self.slabs[n_walls:],
+        )
+
+    def faces(self, *, walls_block: bool) -> list[Face]:
+        """For the second tracer."""
+        n_walls, out = len(self.room_m), []
+        for k, edges_m in enumerate(self.edges_m):
+            for edge, (start, end) in enumerate(edges_m @ (1.0, 1.0j)):
+                slab = self.slabs[edge] if k == 0 else self.slabs[n_walls + k - 1]
+                eps, blocks = slab.permittivity(self.carrier_hz), k > 0 or walls_block
+                out.append(Face(start, end, eps, slab.thickness_m, blocks))
+        return out
+
+
+def star(
+    rng: np.random.Generator, n: int, middle_m: np.ndarray, radius_m: float, *, dent: float
+) -> np.ndarray:
+    """Polygon around a point, counter-clockwise, its corners on a circle but for some that are dented."""
+    at_rad = (
+        np.arange(n) * 2.0 * np.pi / n + rng.uniform(0.0, 0.8 * 2.0 * np.pi / n, n) + rng.uniform(0.0, 6.0)
+    )
+    away_m = radius_m * rng.choice([dent, 1.0], n)
+    return middle_m + away_m[:, None] * np.stack([np.cos(at_rad), np.sin(at_rad)], axis=-1)
+
+
+def in_the_open(points_m: np.ndarray, edges_m: np.ndarray) -> np.ndarray:
+    """Whether an even-odd count puts a point in the room and in no obstacle, a centimetre from any face."""
+    far_m = points_m + np.array([97.0, 41.0])
+    odd = np.count_nonzero(crossings(points_m, far_m, edges_m), axis=1) % 2 == 1
+    return odd & (distance_to_segments(points_m, edges_m).min(axis=1) > 0.01)
+
+
+def scene(seed: int, *, convex: bool, n_links: int = 4) -> Scene:
+    """Three obstacles of three to five corners, convex or not, in a room of four to six corners."""
+    rng = np.random.default_rng(seed)
+    room_m = star(rng, int(rng.integers(4, 7)), rng.uniform(-9.0, 9.0, 2), 8.0, dent=1.0 if convex else 0.45)
+    middle_m = room_m.mean(axis=0)
+    centres_m = middle_m + rng.uniform(1.6, 2.2) * np.array([[1.0, 0.0], [-0.5, 0.8], [-0.4, -0.9]])
+    obstacles_m = [
+        star(rng, int(rng.integers(3, 6)), at, 0.8, dent=rng.choice([0.2, 1.0])) for at in centres_m
+    ]
+    slabs = [
+        Slab(SLABS[rng.integers(len(SLABS))], float(rng.uniform(0.005, 0.25)))
+        for _ in range(len(room_m) + len(obstacles_m))
+    ]
+    points_m = rng.uniform(room_m.min(axis=0), room_m.max(axis=0), (400, 2))
+    edges_m = np.concatenate([polygon_edges(room_m), *map(polygon_edges, obstacles_m)])
+    points_m = points_m[in_the_open(points_m, edges_m)][: 2 * n_links]
+    carrier_hz = float(rng.uniform(2e9, 8e9))
+    return Scene(room_m, obstacles_m, slabs, carrier_hz, points_m[:n_links], points_m[n_links:])
+
+
+@pytest.mark.parametrize("penetration", [True, False])
+@pytest.mark.parametrize("convex", [True, False])
+@pytest.mark.parametrize("seed", range(12))
+def test_random_scenes_match_second_tracer(seed: int, convex: bool, penetration: bool) -> None:
+    """Same paths of order 0 to 2 one to one, with the same delays, azimuths and gains."""
+    drawn = scene(seed, convex=convex)
+    surfaces = drawn.surfaces()
+    ours = trace_paths(
+        drawn.tx_m, drawn.rx_m, surfaces, carrier_hz=drawn.carrier_hz, max_order=2, penetration=penetration
+    )
+    faces = drawn.faces(walls_block=surfaces.n_walls == 0)
+    for link, (tx, rx) in enumerate(zip(drawn.tx_m @ (1.0, 1.0j), drawn.rx_m @ (1.0, 1.0j), strict=True)):
+        theirs = all_paths(tx, rx, faces, carrier_hz=drawn.carrier_hz, max_order=2, penetration=penetration)
+        n = np.count_nonzero(ours.order[link] >= 0)
+        row = np.lexsort((ours.delay_s[link, :n], ours.order[link, :n]))
+        assert ours.order[link, row].tolist() == [path.order for path in theirs]
+        for got, expected in (
+            (ours.delay_s, [path.length_m / SPEED_OF_LIGHT_M_S for path in theirs]),
+            (ours.gain, [path.gain for path in theirs]),
+        ):
+            np.testing.assert_allclose(got[link, row], expected, rtol=1e-6)
+        for got, expected in (
+            (ours.azimuth_rx_rad, [path.azimuth_rx_rad for path in theirs]),
+            (ours.azimuth_tx_rad, [path.azimuth_tx_rad for path in theirs]),
+        ):
+            np.testing.assert_allclose(wrap_angle(got[link, row] - expected), 0.0, atol=1e-7)
+
+
+def test_random_scenes_are_of_all_kinds() -> None:
+    """So that the comparison above cannot miss a kind: rooms that are not convex, both signs of turn."""
+    rooms = [scene(seed, convex=False) for seed in range(12)]
+    assert sum(drawn.surfaces().n_walls == 0 for drawn in rooms) >= 6
+    obstacles_m = [corners_m for drawn in rooms for corners_m in drawn.obstacles_m]
+    turns = [
+        cross(edges[:, 1] - edges[:, 0], np.roll(edges[:, 1] - edges[:, 0], -1, axis=0))
+        for edges in map(polygon_edges, obstacles_m)
+    ]
+    assert sum(bool((turn < 0.0).any()) for turn in turns) >= 3

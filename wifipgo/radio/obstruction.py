@@ -1,0 +1,62 @@
+"""What stands in the way of rays: obstacle faces across a leg, and what they let through."""
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float
+
+from wifipgo.radio.images import Rays
+from wifipgo.radio.materials import slab_transmission
+from wifipgo.radio.surfaces import Surfaces
+
+
+def crossed(
+    rays: Rays,
+    ends: Float[np.ndarray, "2 3 links"],
+    height_m: Float[np.ndarray, "2 lines links"],
+    surfaces: Surfaces,
+) -> Bool[np.ndarray, "legs obstacle_faces rays"]:
+    """Which obstacle faces lie across which leg of each ray.
+
+    The ends of the leg are on different sides of the face, and the ends of the face on
+    different sides of the leg.
+    """
+    front, outline = _in_front(rays, height_m, surfaces), surfaces.outline
+    ends_m = ends[:, :2].take(rays.link, axis=2)
+    on_leg_m = np.concatenate([ends_m[:1], rays.hit_m[:-1], ends_m[1:]])
+    across = rays.legs_m[:, ::-1] * ((-1.0,), (1.0,))
+    left = outline.corners_m @ across > (across * on_leg_m).sum(axis=1, keepdims=True)
+    separated = left.take(outline.start, axis=1) != left.take(outline.end, axis=1)
+    return separated & (front[:-1] != front[1:])
+
+
+def _in_front(
+    rays: Rays, height_m: Float[np.ndarray, "2 lines links"], surfaces: Surfaces
+) -> Bool[np.ndarray, "nodes obstacle_faces rays"]:
+    """Whether the ends and hits of each ray, from the transmitter on, are in front of each obstacle face."""
+    first = surfaces.n_walls + 1
+    to_height = surfaces.to_height[first:]
+    front = np.empty((len(rays.face) + 2, len(to_height), len(rays.link)), dtype=bool)
+    front[:: len(front) - 1] = (height_m[:, first:] > 0.0).take(rays.link, axis=2)
+    np.greater(to_height[:, :2] @ rays.hit_m, -to_height[:, 2:], out=front[1:-1])
+    bounce, own = np.nonzero(rays.face >= first)
+    front[1:-1, rays.face[bounce, own] - first, own] = True  # a ray stays in front of what it bounces off
+    return front
+
+
+def transmission(
+    across: Bool[np.ndarray, "legs obstacle_faces rays"], rays: Rays, surfaces: Surfaces, carrier_hz: float
+) -> Complex[np.ndarray, " rays"]:
+    """Product of the transmission coefficients of all obstacle faces that each ray crosses."""
+    out = np.ones(across.shape[2], dtype=complex)
+    place, ray = np.divmod(np.flatnonzero(across), across.shape[2])
+    if len(ray):
+        leg, face = np.divmod(place, across.shape[1])
+        face += surfaces.n_walls
+        climb_m = (rays.legs_m[leg, :, ray] * surfaces.normal.T[face + 1]).sum(axis=-1)
+        each = slab_transmission(
+            surfaces.permittivity[face],
+            surfaces.thickness_m[face],
+            np.abs(climb_m) / rays.length_m[ray],
+            carrier_hz,
+        )
+        np.multiply.at(out, ray, each)
+    return out
