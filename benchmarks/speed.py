@@ -13,6 +13,7 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import json
 import platform
+import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -192,7 +193,7 @@ def show(rows: list[Row], console: Console) -> None:
 def main(config: SpeedConfig) -> None:
     """Measure, show, write."""
     rows = measure(config)
-    show(rows, Console())
+    show(rows, Console(width=None if sys.stdout.isatty() else 120))
     if config.json is not None:
         content = [
             row._asdict() | {"env_steps_s": row.env_steps_s, "agent_steps_s": row.agent_steps_s}

@@ -183,6 +183,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             "ate_rot_truth": ate_rot(belief.estimate, truth.poses).tolist(),
             "bumps_truth": truth.bumps.tolist(),
             "distance_m_truth": truth.distance_m.tolist(),
+            "coverage_truth": [truth.cells.share] * len(belief.err),
         }
         rows = zip(*columns.values(), strict=True)
         return {
