@@ -105,5 +105,5 @@ def test_config_names_what_it_refuses(field: str, value: float) -> None:
 
 
 def test_unknown_estimator_lists_what_exists() -> None:
-    with pytest.raises(UnknownNameError, match=r"musik.*product, ratio"):
+    with pytest.raises(UnknownNameError, match=r"musik.*music, product, ratio"):
         aoa.AoaConfig(aoa_estimator="musik")

@@ -3,8 +3,9 @@
 import numpy as np
 
 from wifipgo import se2
-from wifipgo.radio import aoa, csi
+from wifipgo.radio import aoa, csi, theory
 from wifipgo.radio.paths import Paths
+from wifipgo.radio.steering import turning_pair
 from wifipgo.world.sensing import SensingConfig, observe_robots, odometry
 
 GAP_M, WAVELENGTH_M = 0.22, 0.06
@@ -29,25 +30,15 @@ def bearing_errors(snr_db: float, n: int, azimuth_rad: float = 0.6) -> np.ndarra
     return np.asarray(se2.wrap_angle(found - azimuth))
 
 
-def phase_bound_rad(snr_db: float, azimuth_rad: float = 0.6) -> float:
-    """Bound on the azimuth from the phase difference of the antennas at each packet.
-
-    The phase difference summed over S subcarriers has variance 1 / (S snr) at high SNR, and its
-    derivative with respect to the azimuth is -k sin(azimuth - heading), k = 2 pi gap / lambda. A phase
-    offset between the receive chains is unknown: it takes the mean of the derivative away.
-    """
-    headings = aoa.turn_headings(aoa.AoaConfig())
-    slope = 2.0 * np.pi * GAP_M / WAVELENGTH_M * np.sin(azimuth_rad - headings)
-    variance = 1.0 / (30.0 * 10.0 ** (snr_db / 10.0))
-    return float(np.sqrt(variance / ((slope - slope.mean()) ** 2).sum()))
-
-
 def test_one_path_is_found_within_1_5_times_the_cramer_rao_variance() -> None:
-    for snr_db in (10.0, 20.0, 30.0):
-        azimuths = 0.6 + np.linspace(-0.5, 0.5, 11)
-        bound = np.mean([phase_bound_rad(snr_db, a) ** 2 for a in azimuths])
+    """The bound is taken at the lower phase variance, of an amplitude that is fixed."""
+    azimuths = 0.6 + np.linspace(-0.5, 0.5, 101)
+    pair = turning_pair(aoa.turn_headings(aoa.AoaConfig()), antenna_gap_m=GAP_M, wavelength_m=WAVELENGTH_M)
+    for snr_db in (10.0, 15.0, 20.0, 25.0, 30.0):
+        phase = theory.phase_variance_rad2(10.0 ** (snr_db / 10.0), n_subcarriers=30, random_amplitude=False)
+        bound = theory.azimuth_bound_rad2(pair, azimuths, phase_variance_rad2=phase).mean()
         variance = np.mean(bearing_errors(snr_db, 600) ** 2)
-        assert 0.6 * bound < variance < 1.5 * bound
+        assert 0.8 * bound < variance < 1.5 * bound
 
 
 def test_odometry_has_the_stated_noise_per_robot() -> None:
