@@ -9,6 +9,8 @@ import pytest
 from data_dir import data_dir
 
 from wifipgo.radio.aoa import azimuth_grid, bartlett_profiles, displacement_steering, find_peaks
+from wifipgo.radio.aperture import Bearing
+from wifipgo.radio.expected_error import least_confident
 from wifipgo.radio.intel5300 import BLOCK_BYTES, encode_csi_log, read_csi_log
 from wifipgo.radio.recordings import bearing, main
 from wifipgo.radio.wsr import Link, read_links
@@ -35,9 +37,16 @@ def links(folder: Path) -> list[Link]:
 
 
 @pytest.fixture(scope="module")
-def ours_deg(links: list[Link]) -> np.ndarray:
+def found(links: list[Link]) -> list[Bearing]:
+    return [bearing(link) for link in links]
+
+
+@pytest.fixture(scope="module")
+def ours_deg(links: list[Link], found: list[Bearing]) -> np.ndarray:
     """Errors of our top peaks, degrees."""
-    return wrapped_deg(np.array([bearing(link).azimuth_rad - link.truth_rad for link in links]))
+    return wrapped_deg(
+        np.array([b.azimuth_rad - link.truth_rad for b, link in zip(found, links, strict=True)])
+    )
 
 
 def wrapped_deg(angle_rad: np.ndarray) -> np.ndarray:
@@ -116,6 +125,18 @@ def test_bearings_are_no_worse_than_the_toolbox(links: list[Link], ours_deg: np.
         assert np.mean(ours) < np.mean(toolbox)
     assert np.median(np.abs(ours_deg)) <= 4.29
     assert np.median(np.abs(ours_deg[in_sight])) <= 1.0
+
+
+def test_without_the_least_confident_tenth_the_mean_beyond_sight_halves(
+    links: list[Link], found: list[Bearing], ours_deg: np.ndarray
+) -> None:
+    """The confidence sees profiles only; three of thirty links are left out."""
+    expected = np.array([b.expected_error_rad for b in found])
+    beyond = np.array([link.set_name.startswith("NLOS") for link in links])
+    kept = ~least_confident(expected)
+    assert kept.sum() == 27
+    assert np.abs(ours_deg[beyond & kept]).mean() < 0.5 * np.abs(ours_deg[beyond]).mean()
+    assert np.abs(ours_deg[~beyond & kept]).mean() < 1.8
 
 
 def test_the_command_reports_and_draws(

@@ -7,18 +7,19 @@ from pathlib import Path
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from matplotlib.axes import Axes
 from rich.console import Console
 from rich.table import Table
 
 from wifipgo.radio.aoa import azimuth_grid, closest_peak
 from wifipgo.radio.aperture import Bearing
+from wifipgo.radio.expected_error import confidences, least_confident
 from wifipgo.radio.wsr import Link
 
 WIDTH_CHARACTERS = 118  # where the output is not a terminal
 OURS, TRUTH, TOOLBOX, OTHER = "#1f6fb4", "#d4570b", "#6b7280", "#9dbfdd"
-COLUMNS = ("set", "place", "tx", "packets", "bearing", "closest", "truth", "error", "height", "2nd/1st")
+COLUMNS = ("set", "place", "tx", "packets", "bearing", "closest", "truth", "error", "height", "confidence")
 TOOLBOX_COLUMNS = ("toolbox", "its error")
 
 
@@ -30,6 +31,11 @@ def error_deg(azimuth_rad: float, link: Link) -> float:
 def closest_rad(link: Link, found: Bearing) -> float:
     """The peak nearest to the truth, rad: what an oracle would choose."""
     return float(closest_peak(found.peaks, np.array([link.truth_rad]))[0])
+
+
+def rejected(bearings: Sequence[Bearing]) -> Bool[np.ndarray, " links"]:
+    """The least confident of these bearings."""
+    return least_confident(np.array([found.expected_error_rad for found in bearings]))
 
 
 def print_report(links: Sequence[Link], bearings: Sequence[Bearing], *, title: str) -> None:
@@ -47,39 +53,47 @@ def link_table(links: Sequence[Link], bearings: Sequence[Bearing], *, title: str
     caption = (
         "Degrees in the map frame. bearing: top peak. closest: of the highest peaks the nearest to truth, "
         "an oracle's choice. truth: from the mean aperture position. error: bearing - truth. height: share "
-        "of the signal's power that the top peak explains. 2nd/1st: second peak over the top one; near 1 "
-        "the bearing is a toss-up."
+        "of the signal's power that the top peak explains. confidence: 1 if certain, 0 if a guess; "
+        "out: one of the least confident 10 %."
     )
     table = Table(title=f"Bearings, {title}", caption=caption, caption_justify="left")
     for name in COLUMNS + TOOLBOX_COLUMNS * toolbox:
         table.add_column(name, justify="left" if name in {"set", "tx"} else "right", no_wrap=True)
+    out = rejected(bearings)
     for k, (link, found) in enumerate(zip(links, bearings, strict=True)):
         last_of_set = links[k + 1 :] != [] and links[min(k + 1, len(links) - 1)].set_name != link.set_name
-        table.add_row(*_cells(link, found, toolbox=toolbox), end_section=last_of_set)
+        table.add_row(*_cells(link, found, out=bool(out[k]), toolbox=toolbox), end_section=last_of_set)
     return table
 
 
-def _cells(link: Link, found: Bearing, *, toolbox: bool) -> list[str]:
+def _cells(link: Link, found: Bearing, *, out: bool, toolbox: bool) -> list[str]:
     """Texts of one line of the link table."""
     angles = np.rad2deg([found.azimuth_rad, closest_rad(link, found), link.truth_rad])
     cells = [link.set_name, link.place, link.transmitter, str(len(link.forward))]
     cells += [f"{angle:.1f}" for angle in angles]
-    cells += [f"{error_deg(found.azimuth_rad, link):+.1f}", f"{found.height:.2f}", f"{found.side_ratio:.2f}"]
+    confidence = float(confidences(np.array([found.expected_error_rad]))[0])
+    cells += [f"{error_deg(found.azimuth_rad, link):+.1f}", f"{found.height:.2f}"]
+    cells += [f"{'out ' * out}{confidence:.2f}"]
     if toolbox and link.toolbox_rad:
         cells += [f"{np.rad2deg(link.toolbox_rad[0]):.1f}", f"{error_deg(link.toolbox_rad[0], link):+.1f}"]
     return cells
 
 
 def summary_table(links: Sequence[Link], bearings: Sequence[Bearing]) -> Table:
-    """Median and mean |error| per set: top peak, closest peak, the toolbox's top peak."""
+    """Median and mean |error| per set: top peak, of confident links, closest peak, the toolbox's top peak."""
+    top = np.array([error_deg(found.azimuth_rad, link) for link, found in zip(links, bearings, strict=True)])
     errors = {
-        "top peak": [error_deg(found.azimuth_rad, link) for link, found in zip(links, bearings, strict=True)],
+        "top peak": top,
+        "confident": np.where(rejected(bearings), np.inf, top),
         "closest peak": [
             error_deg(closest_rad(link, b), link) for link, b in zip(links, bearings, strict=True)
         ],
         "toolbox": [error_deg(link.toolbox_rad[0], link) if link.toolbox_rad else np.nan for link in links],
     }
-    table = Table(title="|error| in degrees, median / mean", caption="closest peak: chosen by the truth")
+    table = Table(
+        title="|error| in degrees, median / mean",
+        caption="confident: without the least confident 10 % of all. closest peak: chosen by the truth",
+    )
     for name in ("set", "links", *errors):
         table.add_column(name, justify="left" if name == "set" else "right")
     names = list(dict.fromkeys(link.set_name for link in links))
@@ -91,7 +105,10 @@ def summary_table(links: Sequence[Link], bearings: Sequence[Bearing]) -> Table:
 
 
 def _median_mean(values: Float[np.ndarray, " links"]) -> str:
-    """Median and mean as text; a dash where a value is missing."""
+    """Median and mean as text, without rejected links (inf); a dash where a value is missing."""
+    values = values[values < np.inf] if np.isinf(values).any() else values
+    if len(values) == 0:
+        return "-"
     return "-" if np.isnan(values).any() else f"{np.median(values):.2f} / {values.mean():.2f}"
 
 

@@ -3,7 +3,8 @@
 The product of the channel measured at the receiver and the one measured at the
 transmitter for the same exchange is free of both oscillators, and its phase is that
 of the way there *and* back (Jadhav et al., arXiv 2109.12205). As the receiver moves,
-its packets are samples of one long antenna array. Four choices, all made by theory:
+its packets are samples of one long antenna array. Five choices, all made by theory and
+checked on simulated rooms (``benchmarks/confidence_study.py``), none on recordings:
 
 - **Spherical wavefronts.** A 0.6 m aperture at a two-way phase of ``4 pi / lambda`` has
   its far field beyond ``4 D^2 / lambda``, 27 m at 5.5 GHz: in a room the front is curved
@@ -15,22 +16,23 @@ its packets are samples of one long antenna array. Four choices, all made by the
   half the angle between them: exactly what a source at an elevation of half that angle
   would give. Summing over all elevations, as is usual, adds those ghosts; a search up
   to 15 degrees, where robots on one floor are, keeps only ghosts of near neighbours.
-- **Phase only, timing removed.** Each packet has its own symbol timing (20 ns and more),
-  a phase slope over the subcarriers that scrambles the outer ones from packet to packet;
-  it is removed, and each subcarrier is scaled to unit modulus, as gain control steps say
-  nothing about direction.
+- **Both ways and one way.** The square root of the product is the channel itself, without
+  ghosts, if its sign is right. The sign is followed along the path, as a channel cannot
+  turn round within ``lambda / 32`` except in a deep fade. The root's lobes are twice as
+  wide and a lost sign blurs them; the product's are sharp and have ghosts. The profile
+  is the geometric mean of both, so that a peak must stand in both: of the power, what a
+  direction explains in the one *and* in the other.
+- **Timing removed.** Each packet has its own symbol timing (20 ns and more), a phase
+  slope over the subcarriers that scrambles the outer ones from packet to packet; it is
+  removed, and gain control steps, which say nothing about direction, are divided out.
 - **Subcarriers add as powers**: their fades are different, their directions are the same.
 
-The profile is the highest share of power over the searched fronts: maximum likelihood
-over nuisance parameters with flat priors.
-
-Measured on 30 recorded links (median / mean error in degrees, line of sight, then all):
-plane waves at the centre subcarrier summed over all elevations 1.9 / 2.7 and 4.4 / 11.1,
-this profile 0.7 / 1.6 and 3.0 / 7.9. Behind walls the strongest path is often not the
-direct one: 7.3 / 14.2 there, one link of 15 off by 99.
+Of each the highest share of power over the searched fronts counts: maximum likelihood
+over nuisance parameters with flat priors. What was measured: ``docs/recordings.md``.
 """
 
-from dataclasses import dataclass
+import itertools
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +40,7 @@ from jaxtyping import Complex, Float
 
 from wifipgo.errors import require
 from wifipgo.radio.aoa import Peaks, azimuth_grid, bartlett_profiles, find_peaks
+from wifipgo.radio.expected_error import expected_errors_rad
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,6 +82,11 @@ class Bearing(NamedTuple):
         return float(self.peaks.height[0, 0])
 
     @property
+    def expected_error_rad(self) -> float:
+        """Mean distance of what else the profile shows from the answer: `expected_errors_rad`."""
+        return float(expected_errors_rad(self.profile[None], self.peaks.azimuth_rad[:, 0])[0])
+
+    @property
     def side_ratio(self) -> float:
         """Second peak over the first, in [0, 1]: near 1 the answer is a toss-up."""
         second = self.peaks.height[0, 1] if self.peaks.height.shape[1] > 1 else 0.0
@@ -101,15 +109,36 @@ def aperture_bearing(
 def timing_removed(
     product: Complex[np.ndarray, "packets subcarriers"],
 ) -> Complex[np.ndarray, "packets subcarriers"]:
-    """Phases of a two-way channel without each packet's slope over the subcarriers, unit modulus.
+    """A two-way channel without each packet's slope over the subcarriers and without its gain.
 
-    The slope is the phase of the mean step from one subcarrier to the next; the phase
-    at the middle of the band stays.
+    The slope is the phase of the mean step from one subcarrier to the next, all of one
+    weight; the phase at the middle of the band stays. The gain is the RMS modulus.
     """
-    phasor = product / np.maximum(np.abs(product), np.finfo(np.float32).tiny)
+    phasor = unit_modulus(product)
     step_rad = np.angle(np.sum(phasor[:, 1:] * phasor[:, :-1].conj(), axis=1))
     from_middle = np.arange(product.shape[1]) - 0.5 * (product.shape[1] - 1)
-    return (phasor * np.exp(-1j * step_rad[:, None] * from_middle)).astype(np.complex64)
+    gain = np.sqrt(np.mean(np.abs(product) ** 2, axis=1, keepdims=True))
+    level = product / np.maximum(gain, np.finfo(np.float32).tiny)
+    return (level * np.exp(-1j * step_rad[:, None] * from_middle)).astype(np.complex64)
+
+
+def unit_modulus(signal: Complex[np.ndarray, "*shape"]) -> Complex[np.ndarray, "*shape"]:
+    """The phase factors of a signal; 0 where it is 0."""
+    return signal / np.maximum(np.abs(signal), np.finfo(np.float32).tiny)
+
+
+def unsquared(
+    signal: Complex[np.ndarray, "positions subcarriers"],
+) -> Complex[np.ndarray, "positions subcarriers"]:
+    """Square root of a two-way channel: the one-way channel but for one sign per subcarrier.
+
+    Of the two roots at a position the one counts that is nearer to the root before it.
+    Positions must be close enough for that, `ApertureConfig.spacing_m` / 2.
+    """
+    root = np.sqrt(np.abs(signal)) * np.exp(0.5j * np.angle(signal))
+    turned = (root[1:] * root[:-1].conj()).real < 0.0
+    root[1:] *= np.cumprod(np.where(turned, -1.0, 1.0), axis=0)
+    return root.astype(np.complex64)
 
 
 def spherical_steering(
@@ -166,14 +195,40 @@ def evenly_spaced(
     )
 
 
-def aperture_profile(
+def explained_share(
+    signal: Complex[np.ndarray, "positions subcarriers"],
+    at_m: Float[np.ndarray, "positions 3"],
+    *,
+    wavelength_m: float,
+    cfg: ApertureConfig,
+) -> Float[np.ndarray, " grid"]:
+    """Share of a two-way signal's power that the best searched front explains, for each azimuth.
+
+    A one-way signal is a two-way signal of twice the wavelength.
+    """
+    azimuths_rad, best = azimuth_grid(cfg.n_azimuths), np.zeros(cfg.n_azimuths)
+    for elevation_rad, curvature_per_m in itertools.product(cfg.elevations_rad, cfg.curvatures_per_m):
+        steering = spherical_steering(
+            at_m,
+            azimuths_rad,
+            elevation_rad=elevation_rad,
+            curvature_per_m=curvature_per_m,
+            wavelength_m=wavelength_m,
+        )
+        best = np.maximum(best, bartlett_profiles(signal.T, steering).mean(axis=0))
+    return best
+
+
+def aperture_profiles(
     product: Complex[np.ndarray, "packets subcarriers"],
     displacement_m: Float[np.ndarray, "packets 3"],
     *,
     wavelength_m: float,
     cfg: ApertureConfig | None = None,
-) -> Float[np.ndarray, " grid"]:
-    """Share of the signal's power that a source at each azimuth explains, in [0, 1].
+) -> Float[np.ndarray, "2 grid"]:
+    """Shares of power that a source at each azimuth explains, both ways and one way, in [0, 1].
+
+    Half the phase needs half the steps: the one-way search takes every second front.
 
     Args:
         product: Forward times reverse channel of each packet.
@@ -184,16 +239,22 @@ def aperture_profile(
     """
     cfg = cfg or ApertureConfig()
     from_mean_m = (displacement_m - displacement_m.mean(axis=0)).astype(float)
-    signal, at_m = evenly_spaced(timing_removed(product), from_mean_m, spacing_m=cfg.spacing_m)
-    azimuths_rad, best = azimuth_grid(cfg.n_azimuths), np.zeros(cfg.n_azimuths)
-    for elevation_rad in cfg.elevations_rad:
-        for curvature_per_m in cfg.curvatures_per_m:
-            steering = spherical_steering(
-                at_m,
-                azimuths_rad,
-                elevation_rad=elevation_rad,
-                curvature_per_m=curvature_per_m,
-                wavelength_m=wavelength_m,
-            )
-            best = np.maximum(best, bartlett_profiles(signal.T, steering).mean(axis=0))
-    return best
+    level = timing_removed(product)
+    squared, at_m = evenly_spaced(unit_modulus(level), from_mean_m, spacing_m=cfg.spacing_m)
+    both_ways = explained_share(squared, at_m, wavelength_m=wavelength_m, cfg=cfg)
+    half = replace(cfg, elevations_rad=cfg.elevations_rad[::2], curvatures_per_m=cfg.curvatures_per_m[::2])
+    fine, at_m = evenly_spaced(level, from_mean_m, spacing_m=0.5 * cfg.spacing_m)
+    one_way = explained_share(unsquared(fine), at_m, wavelength_m=2.0 * wavelength_m, cfg=half)
+    return np.stack([both_ways, one_way])
+
+
+def aperture_profile(
+    product: Complex[np.ndarray, "packets subcarriers"],
+    displacement_m: Float[np.ndarray, "packets 3"],
+    *,
+    wavelength_m: float,
+    cfg: ApertureConfig | None = None,
+) -> Float[np.ndarray, " grid"]:
+    """Geometric mean of `aperture_profiles`, whose arguments these are."""
+    profiles = aperture_profiles(product, displacement_m, wavelength_m=wavelength_m, cfg=cfg)
+    return np.sqrt(profiles[0] * profiles[1])

@@ -34,9 +34,10 @@ def main(
     Prints one line a link: the bearing (top peak of the profile), the peak closest to
     the truth (an oracle's choice, not an answer), the truth (bearing from the mean
     position of the receiver's path), the error of the top peak, the share of the
-    signal's power that it explains, the second peak relative to it (near 1: a toss-up)
-    and, where the recording carries them, the answer and error of the WSR toolbox. Then
-    medians and means per set, and a picture with one polar profile a link.
+    signal's power that it explains, the confidence (1: certain, 0: a guess; "out" marks
+    the least confident 10 % of the links) and, where the recording carries them, the
+    answer and error of the WSR toolbox. Then medians and means per set, with and without
+    the links marked "out", and a picture with one polar profile a link.
 
     Examples: a raw run ``data/wsr/raw_LOS_A_L1``; a pack ``data/wsr/wsr_slim_dev.npz``;
     a folder of either, ``data/wsr``. Exit code 2 and one line on stderr if a recording
