@@ -12,6 +12,7 @@ import numpy as np
 from gymnasium import spaces
 from jaxtyping import Float
 
+from wifipgo.radio.bands import band_of
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief
@@ -21,7 +22,6 @@ N_BINS = 72
 # A share that can grow without bound is cut here.
 _CEILING = 10.0
 _ESNR_DB = (-30.0, 60.0)
-_TOP_RATE_MBIT_S = 65.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +64,7 @@ _OWN: tuple[_Row, ...] = (
 _SLOT: tuple[_Row, ...] = (
     ("present", 1, 0.0, 1.0, "0 or 1", "a robot is in this slot; if not, the rest of the slot is 0"),
     ("esnr", 1, -1.0, 2.0, "30 dB", "effective SNR of the link"),
-    ("rate", 1, 0.0, 1.0, "65 Mb/s", "rate of the link, rho_ij"),
+    ("rate", 1, 0.0, 1.0, "top rate", "rate of the link, rho_ij, of 65 Mb/s (20 MHz) or 135 Mb/s (40 MHz)"),
     ("discrepancy", 1, 0.0, _CEILING, "1", "service discrepancy w_ij (Eq. 1) at the caller's current demand"),
     ("err", 1, 0.0, _CEILING, "err_threshold", "the neighbour's Err_j, sent with its ping"),
     ("calls_me", 1, 0.0, 1.0, "0 or 1", "the neighbour calls this robot"),
@@ -165,7 +165,7 @@ def _slots(belief: Belief, scenario: Scenario) -> np.ndarray:
     numbers = [
         np.ones_like(partner),
         np.clip(belief.esnr_db[robot, partner] / 30.0, low, high),
-        belief.rate_mbit_s[robot, partner] / _TOP_RATE_MBIT_S,
+        belief.rate_mbit_s[robot, partner] / band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s,
         _share(belief.discrepancy[robot, partner]),
         _share(belief.err[partner] / scenario.rendezvous.err_threshold),
         belief.calls.callee[partner] == robot,

@@ -1,10 +1,15 @@
-"""CSI of the antenna pair against one plane wave worked out by hand."""
+"""CSI of antennas that turn and move, against plane waves worked out by hand."""
+
+from typing import Any
 
 import numpy as np
 import pytest
 
-from wifipgo.radio import csi
+from wifipgo.radio import aoa, csi
+from wifipgo.radio.bands import BANDS, band_of
 from wifipgo.radio.paths import Paths
+
+GAP_M, WAVELENGTH_M = 0.22, 0.06
 
 
 def one_path(gain: complex, azimuth_rad: float, delay_s: float) -> Paths:
@@ -14,6 +19,15 @@ def one_path(gain: complex, azimuth_rad: float, delay_s: float) -> Paths:
         np.array([[azimuth_rad]]),
         np.array([[0.0]]),
         np.array([[0]]),
+    )
+
+
+def some_paths(n_links: int, n_paths: int) -> Paths:
+    rng = np.random.default_rng(0)
+    gain = rng.normal(size=(2, n_links, n_paths))
+    delay_s, azimuth_rad = rng.uniform(1e-8, 1e-7, gain[0].shape), rng.uniform(-3.0, 3.0, gain[0].shape)
+    return Paths(
+        gain[0] + 1j * gain[1], delay_s, azimuth_rad, np.zeros(gain[0].shape), np.ones(gain[0].shape, int)
     )
 
 
@@ -28,11 +42,46 @@ def test_antennas_differ_by_the_plane_waves_travel() -> None:
     np.testing.assert_allclose(measured, expected, atol=1e-4)
 
 
-def test_delay_turns_the_phase_along_the_subcarriers() -> None:
+@pytest.mark.parametrize("bandwidth_hz", BANDS)
+def test_delay_turns_the_phase_along_the_subcarriers(bandwidth_hz: float) -> None:
     delay_s = 4.7e-8
-    channel = csi.centre_channel(one_path(1.0, 0.0, delay_s))[0]
-    expected = np.exp(-2j * np.pi * csi.REPORTED_SUBCARRIERS * csi.SUBCARRIER_SPACING_HZ * delay_s)
-    np.testing.assert_allclose(channel, expected, atol=1e-5)
+    channel = csi.centre_channel(one_path(1.0, 0.0, delay_s), bandwidth_hz=bandwidth_hz)[0]
+    at_hz = band_of(bandwidth_hz).subcarriers * csi.SUBCARRIER_SPACING_HZ
+    np.testing.assert_allclose(channel, np.exp(-2j * np.pi * at_hz * delay_s), atol=2e-5)
+
+
+@pytest.mark.parametrize("bandwidth_hz", BANDS)
+def test_an_array_of_the_pair_is_the_pair(bandwidth_hz: float) -> None:
+    """The general way for any antennas against the fast one, a turn of 7 packets."""
+    paths, heading = some_paths(5, 4), np.random.default_rng(1).uniform(-3.0, 3.0, (5, 7))
+    pair = csi.pair_csi(
+        paths, heading, antenna_gap_m=GAP_M, wavelength_m=WAVELENGTH_M, bandwidth_hz=bandwidth_hz
+    )
+    offset_m = csi.antenna_offsets(np.array([[GAP_M / 2.0, 0.0], [-GAP_M / 2.0, 0.0]]), heading)
+    array = csi.array_csi(paths, offset_m, wavelength_m=WAVELENGTH_M, bandwidth_hz=bandwidth_hz)
+    np.testing.assert_allclose(array, pair, atol=2e-5)
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_one_path_on_a_moving_antenna_is_displacement_steering(axes: int) -> None:
+    """A curve of 5 m, nearly a hundred wavelengths: the phase of one way from azimuth 1.1."""
+    s = np.linspace(0.0, 1.0, 40)[:, None]
+    displacement_m = np.concatenate([5.0 * s, np.sin(4.0 * s), 0.0 * s], axis=1)
+    offset_m = csi.antenna_offsets(np.zeros((1, 2)), np.zeros((1, 40)), displacement_m[:, :axes])
+    got = csi.array_csi(one_path(1.0, 1.1, 0.0), offset_m, wavelength_m=WAVELENGTH_M)
+    expected = aoa.displacement_steering(
+        displacement_m, np.array([1.1]), elevation_rad=0.0, wavelength_m=WAVELENGTH_M, passes=1
+    )
+    assert got.shape == (1, 1, 40, 30)
+    np.testing.assert_allclose(got[0, 0], np.repeat(expected, 30, axis=1), atol=1e-5)
+
+
+def test_offsets_add_body_and_antenna_one_displacement_per_link() -> None:
+    """Heading north, 2 cm ahead and 1 cm left is (-1, 2) cm in the world."""
+    heading = np.full((2, 1), np.pi / 2.0)
+    displacement_m = np.array([[[1.0, 0.0]], [[0.0, 3.0]]])
+    offset_m = csi.antenna_offsets(np.array([[0.02, 0.01]]), heading, displacement_m)
+    np.testing.assert_allclose(offset_m[:, 0, 0], [[0.99, 0.02], [-0.01, 3.02]], atol=1e-12)
 
 
 def test_thirty_subcarriers_of_the_intel_5300() -> None:
@@ -41,27 +90,54 @@ def test_thirty_subcarriers_of_the_intel_5300() -> None:
     assert csi.REPORTED_SUBCARRIERS.max() == 28
 
 
+def test_wide_band_reports_every_fourth_subcarrier() -> None:
+    """802.11n-2009, 40 MHz, Ng = 4: -58, -54 ... -2, 2 ... 58."""
+    by_hand = [*range(-58, 0, 4), *range(2, 59, 4)]
+    assert band_of(40e6).subcarriers.tolist() == by_hand
+    assert len(by_hand) == 30
+
+
+def test_twice_the_bandwidth_is_twice_the_noise() -> None:
+    narrow, wide = csi.RadioConfig().snr_scale, csi.RadioConfig(bandwidth_hz=40e6).snr_scale
+    assert narrow / wide == pytest.approx(2.0)
+
+
 def test_snr_scale_is_power_over_thermal_noise() -> None:
     """0 dBm against -174 dBm/Hz + 10 log10(20 MHz) + 6 dB = -95 dBm."""
     assert 10.0 * np.log10(csi.RadioConfig(tx_power_dbm=0.0).snr_scale) == pytest.approx(94.99, abs=0.01)
 
 
-def test_noise_is_white_and_of_the_stated_power() -> None:
-    noise = csi.unit_noise((200, 2, 16, 30), rng=np.random.default_rng(0))
-    assert np.mean(np.abs(noise) ** 2) == pytest.approx(1.0, abs=0.02)
-    assert abs(np.mean(noise)) < 0.01
-    assert abs(np.mean(noise**2)) < 0.01  # circular
-    neighbours = np.mean(noise[..., 1:] * noise[..., :-1].conj())
-    assert abs(neighbours) < 0.01
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"carrier_hz": 0.0}, r"RadioConfig.carrier_hz must be in 1e9..10e9, got 0"),
+        ({"carrier_hz": float("nan")}, r"RadioConfig.carrier_hz must be in 1e9..10e9, got nan"),
+        ({"bandwidth_hz": 80e6}, r"RadioConfig.bandwidth_hz must be 20e6 or 40e6, got 80000000.0"),
+        ({"antennas_m": ((0.0, 0.0),) * 2}, r"RadioConfig.antennas_m must be distinct positions"),
+        ({"antennas_m": ((0.0,),)}, r"RadioConfig.antennas_m must be finite pairs \(x_m, y_m\), got"),
+        ({"antennas_m": ((0.0, float("inf")),)}, r"RadioConfig.antennas_m must be finite pairs"),
+        ({"antennas_m": tuple((0.1 * k, 0.0) for k in range(4))}, r"antennas_m must be at most 3 positions"),
+    ],
+)
+def test_config_names_what_it_refuses(values: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        csi.RadioConfig(**values)
 
 
-def test_received_csi_has_the_snr_it_should() -> None:
-    channel = np.full((100, 2, 16, 30), 1e-3 + 0j, dtype=np.complex64)
-    got = csi.received_csi(channel, snr_scale=1e7, rng=np.random.default_rng(1))
-    power = np.mean(np.abs(got) ** 2)  # signal 1e-6 and noise 1e-7
-    assert power == pytest.approx(1.1e-6, rel=0.02)
+def test_displacements_that_are_no_places_are_refused() -> None:
+    antennas_m, heading = np.zeros((1, 2)), np.zeros((1, 3))
+    with pytest.raises(ValueError, match="displacement_m must be finite"):
+        csi.antenna_offsets(antennas_m, heading, np.full((3, 2), np.nan))
+    with pytest.raises(ValueError, match="axes of displacement_m must be 2 or 3"):
+        csi.antenna_offsets(antennas_m, heading, np.zeros((3, 4)))
+    with pytest.raises(ValueError, match="bandwidth_hz must be 20e6 or 40e6"):
+        csi.centre_channel(one_path(1.0, 0.0, 0.0), bandwidth_hz=10e6)
 
 
-def test_config_names_what_it_refuses() -> None:
-    with pytest.raises(ValueError, match=r"RadioConfig.carrier_hz must be in 1e9..10e9, got 0"):
-        csi.RadioConfig(carrier_hz=0.0)
+def test_no_links_are_no_rows() -> None:
+    nothing, heading = some_paths(0, 2), np.zeros((0, 8))
+    pair = csi.pair_csi(nothing, heading, antenna_gap_m=GAP_M, wavelength_m=WAVELENGTH_M)
+    offset_m = csi.antenna_offsets(np.zeros((3, 2)), heading)
+    array = csi.array_csi(nothing, offset_m, wavelength_m=WAVELENGTH_M)
+    assert pair.shape == (0, 2, 8, 30)
+    assert array.shape == (0, 3, 8, 30)

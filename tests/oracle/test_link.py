@@ -58,6 +58,29 @@ def test_rates_step_at_their_thresholds(esnr_db: float, rate: float) -> None:
     assert link.rate_mbit_s(np.full((1, 4), esnr_db))[0] == rate
 
 
+def test_wide_band_carries_the_rates_of_the_standard() -> None:
+    """802.11n-2009, MCS 0 to 7 at 40 MHz, 800 ns guard interval: 108 data subcarriers every 4 us."""
+    bits = np.array([1, 2, 2, 4, 4, 6, 6, 6]) * np.array(
+        [1 / 2, 1 / 2, 3 / 4, 1 / 2, 3 / 4, 2 / 3, 3 / 4, 5 / 6]
+    )
+    passing = np.repeat(link.RATE_ESNR_DB[:, None], 4, axis=1)
+    np.testing.assert_allclose(link.rate_mbit_s(passing, bandwidth_hz=40e6), 108 * bits / 4.0)
+    np.testing.assert_allclose(link.rate_mbit_s(passing, bandwidth_hz=20e6), 52 * bits / 4.0)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"q_mbit_s": 136.0}, r"LinkConfig.q_mbit_s must be in \(0, 135\], got 136.0"),
+        ({"q_mbit_s": float("nan")}, r"LinkConfig.q_mbit_s must be in \(0, 135\], got nan"),
+        ({"alpha": float("inf")}, r"LinkConfig.alpha must be >= 0 and finite, got inf"),
+    ],
+)
+def test_config_names_what_it_refuses(values: dict[str, float], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        link.LinkConfig(**values)
+
+
 def test_extremes_stay_finite() -> None:
     esnr = link.esnr_db(np.array([[0.0] * 30, [1e12] * 30]))
     assert np.isfinite(esnr).all()

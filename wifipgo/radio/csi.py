@@ -1,38 +1,63 @@
-"""Channel state information of two antennas on a turning robot, from propagation paths.
+"""Channel state information of one to three antennas on a moving robot, from propagation paths.
 
-Every packet gives one complex number per antenna and subcarrier: the sum over paths,
-plus receiver noise, times a phase that is random from packet to packet but common to
-both antennas, which share an oscillator. The paths stay as they are during a turn, so
-AOA errors come out of the geometry and repeat at the same poses.
+Every packet gives one complex number per antenna and subcarrier: the sum over paths. The
+paths stay as they are while the robot turns or moves a little, so AOA errors come out of the
+geometry and repeat at the same poses. What the receiver does to it: `wifipgo.radio.receiver`.
 """
 
-import functools
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Complex, Complex64, Float, Float32
 
 from wifipgo.errors import require
+from wifipgo.radio.bands import BANDS, SUBCARRIER_SPACING_HZ, band_of
 from wifipgo.radio.materials import SPEED_OF_LIGHT_M_S
 from wifipgo.radio.paths import Paths
+from wifipgo.radio.receiver import received_csi, unit_noise
+
+__all__ = [
+    "REPORTED_SUBCARRIERS",
+    "SUBCARRIER_SPACING_HZ",
+    "RadioConfig",
+    "antenna_offsets",
+    "array_csi",
+    "centre_channel",
+    "pair_csi",
+    "received_csi",
+    "subcarrier_phasors",
+    "unit_noise",
+]
 
 THERMAL_NOISE_DBM_PER_HZ = -174.0
-SUBCARRIER_SPACING_HZ = 312.5e3
-# The 30 subcarriers that the Intel 5300 reports of a 20 MHz channel (802.11n-2009, Ng = 2).
-REPORTED_SUBCARRIERS = np.concatenate([np.arange(-28, 0, 2), [-1], np.arange(1, 28, 2), [28]])
-# More than the largest block that one link takes; offsets into it make blocks differ.
-_NOISE_TABLE_SIZE = 1 << 20
+# Those of a 20 MHz channel; others in `wifipgo.radio.bands`.
+REPORTED_SUBCARRIERS = BANDS[20e6].subcarriers
+_MAX_ANTENNAS = 3  # as many as an Intel 5300 has
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RadioConfig:
-    """Transmitter and receiver. 5 GHz band and Intel 5300: paper Sec. 7.2.1; powers are ours."""
+    """Transmitter and receiver. 5 GHz band and Intel 5300: paper Sec. 7.2.1; powers are ours.
+
+    Attributes:
+        carrier_hz: Middle of the channel.
+        bandwidth_hz: Width of the channel, 20 or 40 MHz.
+        tx_power_dbm: Power sent, over the whole channel.
+        noise_figure_db: Of the receiver.
+        max_order: Most reflections of a path.
+        penetration: Whether paths go on through obstacles.
+        antennas_m: One to three receive antennas (x ahead, y left) in the body frame; none for
+            the pair of `wifipgo.radio.aoa.AoaConfig` along the heading.
+    """
 
     carrier_hz: float = 5.0e9
+    bandwidth_hz: float = 20e6
     tx_power_dbm: float = -8.0
     noise_figure_db: float = 6.0
     max_order: int = 1
     penetration: bool = True
+    antennas_m: tuple[Sequence[float], ...] = ()
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
@@ -47,6 +72,8 @@ class RadioConfig:
             self.noise_figure_db,
         )
         require(self.max_order in {0, 1, 2}, "RadioConfig.max_order", "0, 1 or 2", self.max_order)
+        require(self.bandwidth_hz in BANDS, "RadioConfig.bandwidth_hz", "20e6 or 40e6", self.bandwidth_hz)
+        object.__setattr__(self, "antennas_m", _antenna_places(self.antennas_m))
 
     @property
     def wavelength_m(self) -> float:
@@ -57,11 +84,21 @@ class RadioConfig:
     def snr_scale(self) -> float:
         """Linear SNR of a subcarrier whose channel gain is one.
 
-        Power and noise are spread over the same 20 MHz, so the ratio is that of the totals.
+        Power and noise are spread over the same channel, so the ratio is that of the totals.
         """
-        bandwidth_hz = 64 * SUBCARRIER_SPACING_HZ
-        noise_dbm = THERMAL_NOISE_DBM_PER_HZ + 10.0 * np.log10(bandwidth_hz) + self.noise_figure_db
+        noise_dbm = THERMAL_NOISE_DBM_PER_HZ + 10.0 * np.log10(self.bandwidth_hz) + self.noise_figure_db
         return float(10.0 ** ((self.tx_power_dbm - noise_dbm) / 10.0))
+
+
+def _antenna_places(antennas_m: Iterable[Sequence[float]]) -> tuple[tuple[float, ...], ...]:
+    """Check antenna positions and make them hashable."""
+    field = "RadioConfig.antennas_m"
+    places = tuple(tuple(map(float, place)) for place in antennas_m)
+    require(len(places) <= _MAX_ANTENNAS, field, f"at most {_MAX_ANTENNAS} positions", antennas_m)
+    pairs = all(len(place) == 2 and np.isfinite(place).all() for place in places)
+    require(pairs, field, "finite pairs (x_m, y_m)", antennas_m)
+    require(len(set(places)) == len(places), field, "distinct positions", antennas_m)
+    return places
 
 
 def _phasors(angle_rad: Float32[np.ndarray, "*shape"]) -> Complex64[np.ndarray, "*shape"]:
@@ -72,24 +109,26 @@ def _phasors(angle_rad: Float32[np.ndarray, "*shape"]) -> Complex64[np.ndarray, 
 
 
 def subcarrier_phasors(
-    delay_s: Float[np.ndarray, "links paths"],
+    delay_s: Float[np.ndarray, "links paths"], *, bandwidth_hz: float = 20e6
 ) -> Complex[np.ndarray, "links paths subcarriers"]:
     """Phase that each path's delay adds at each reported subcarrier, relative to the carrier."""
+    subcarriers = band_of(bandwidth_hz).subcarriers
     # One exponential per path: powers by doubling cost a multiplication each.
-    powers = np.empty((*delay_s.shape, 32), dtype=np.complex64)
+    n_powers = 1 << int(np.abs(subcarriers).max() - 1).bit_length()
+    powers = np.empty((*delay_s.shape, n_powers), dtype=np.complex64)
     powers[..., 0] = np.exp(-2j * np.pi * SUBCARRIER_SPACING_HZ * delay_s)
-    for done in (1, 2, 4, 8, 16):
+    for done in (1 << k for k in range(n_powers.bit_length() - 1)):
         np.multiply(powers[..., :done], powers[..., done - 1, None], out=powers[..., done : 2 * done])
-    phasors = powers.take(np.abs(REPORTED_SUBCARRIERS) - 1, axis=-1)
-    below = phasors[..., : np.count_nonzero(REPORTED_SUBCARRIERS < 0)]
+    phasors = powers.take(np.abs(subcarriers) - 1, axis=-1)
+    below = phasors[..., : np.count_nonzero(subcarriers < 0)]
     np.conjugate(below, out=below)
     return phasors
 
 
-def centre_channel(paths: Paths) -> Complex[np.ndarray, "links subcarriers"]:
+def centre_channel(paths: Paths, *, bandwidth_hz: float = 20e6) -> Complex[np.ndarray, "links subcarriers"]:
     """Noise-free channel at the receiver's centre, gain per subcarrier."""
     gain = paths.gain.astype(np.complex64)
-    return np.matmul(gain[:, None, :], subcarrier_phasors(paths.delay_s))[:, 0]
+    return np.matmul(gain[:, None, :], subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz))[:, 0]
 
 
 def pair_csi(
@@ -98,6 +137,7 @@ def pair_csi(
     *,
     antenna_gap_m: float,
     wavelength_m: float,
+    bandwidth_hz: float = 20e6,
 ) -> Complex[np.ndarray, "links 2 positions subcarriers"]:
     """Noise-free CSI of two antennas at ``+-gap/2`` along the heading of the receiver.
 
@@ -109,6 +149,7 @@ def pair_csi(
         heading_rad: Direction of the antenna axis at each packet.
         antenna_gap_m: Distance between the antennas.
         wavelength_m: Carrier wavelength.
+        bandwidth_hz: Width of the channel.
 
     Returns:
         Channel gains, complex64, antenna 0 ahead and antenna 1 behind.
@@ -118,54 +159,64 @@ def pair_csi(
     ahead = _phasors(np.float32(half_turns) * np.cos(away_rad))
     per_path = paths.gain.astype(np.complex64)[:, None, :]
     antennas = np.concatenate([ahead * per_path, ahead.conj() * per_path], axis=1)
-    channel = np.matmul(antennas, subcarrier_phasors(paths.delay_s))
-    return channel.reshape(len(heading_rad), 2, heading_rad.shape[1], len(REPORTED_SUBCARRIERS))
+    channel = np.matmul(antennas, subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz))
+    return channel.reshape(len(heading_rad), 2, heading_rad.shape[1], channel.shape[-1])
 
 
-@functools.cache
-def _noise_table() -> Complex[np.ndarray, " samples"]:
-    """Circular complex normal samples of unit power, drawn once and the same everywhere."""
-    draw = np.random.default_rng(np.random.SeedSequence(0x5EED)).standard_normal(
-        2 * _NOISE_TABLE_SIZE, dtype=np.float32
-    )
-    return (draw * np.float32(np.sqrt(0.5))).view(np.complex64)
-
-
-def unit_noise(shape: tuple[int, ...], *, rng: np.random.Generator) -> Complex[np.ndarray, "..."]:
-    """Complex white noise of unit power: one block per first index, cut from a table at a random offset.
-
-    Drawing every sample afresh would cost more than the rest of a step. The offsets are
-    what ``rng`` decides; within a block the samples are independent.
-
-    Raises:
-        ValueError: If a block is larger than the table.
-    """
-    size = int(np.prod(shape[1:]))
-    require(size <= _NOISE_TABLE_SIZE, "size of a noise block", f"<= {_NOISE_TABLE_SIZE}", size)
-    windows = np.lib.stride_tricks.sliding_window_view(_noise_table(), size)
-    return windows[rng.integers(len(windows), size=shape[0])].reshape(shape)
-
-
-def received_csi(
-    channel: Complex[np.ndarray, "links 2 positions subcarriers"],
-    *,
-    snr_scale: float,
-    rng: np.random.Generator,
-) -> Complex[np.ndarray, "links 2 positions subcarriers"]:
-    """CSI as the receiver reports it: with noise and a random phase common to the antennas of a packet.
+def antenna_offsets(
+    antennas_m: Float[np.ndarray, "antennas 2"],
+    heading_rad: Float[np.ndarray, "links positions"],
+    displacement_m: Float[np.ndarray, "*links positions axes"] | None = None,
+) -> Float[np.ndarray, "links antennas positions 2"]:
+    """Where the antennas are at each packet, from the place that the paths were traced to.
 
     Args:
-        channel: Noise-free gains.
-        snr_scale: Linear SNR at unit gain, `RadioConfig.snr_scale`.
-        rng: The channel's stream.
+        antennas_m: Antennas in the body frame.
+        heading_rad: Heading at each packet.
+        displacement_m: Place of the body at each packet, world axes, one for all links or one for
+            each; with or without height, which changes nothing on paths in the plane. None for a
+            turn in place.
 
     Returns:
-        Noisy CSI in units of channel gain, complex64.
+        Offsets, world axes, m.
     """
-    n_links, _, n_positions, _ = channel.shape
-    noise = unit_noise(channel.shape, rng=rng)
-    noise *= np.float32(1.0 / np.sqrt(snr_scale))
-    noise += channel
-    phase = rng.random((n_links, n_positions), dtype=np.float32) * np.float32(2.0 * np.pi)
-    noise *= _phasors(phase)[:, None, :, None]
-    return noise
+    ahead, left = antennas_m.T[:, None, :, None]  # (1, antennas, 1) each
+    cos, sin = np.cos(heading_rad)[:, None], np.sin(heading_rad)[:, None]
+    offset_m = np.stack([ahead * cos - left * sin, ahead * sin + left * cos], axis=-1)
+    if displacement_m is not None:
+        require(displacement_m.shape[-1] in {2, 3}, "axes of displacement_m", "2 or 3", displacement_m.shape)
+        require(bool(np.isfinite(displacement_m).all()), "displacement_m", "finite", displacement_m)
+        offset_m += np.expand_dims(displacement_m[..., :2], -3)
+    return offset_m
+
+
+def array_csi(
+    paths: Paths,
+    offset_m: Float[np.ndarray, "links antennas positions 2"],
+    *,
+    wavelength_m: float,
+    bandwidth_hz: float = 20e6,
+) -> Complex[np.ndarray, "links antennas positions subcarriers"]:
+    """Noise-free CSI of antennas at any offsets from where the paths arrive.
+
+    Every path is a plane wave there: at offset ``d`` its phase is ``+2 pi / lambda u(a).d`` relative to
+    the centre, at all subcarriers. That holds while the offset is small against the
+    distance to the last reflection, and against c over the bandwidth (15 m at 20 MHz).
+
+    Args:
+        paths: One row per link; azimuths in the world frame.
+        offset_m: From `antenna_offsets`.
+        wavelength_m: Carrier wavelength.
+        bandwidth_hz: Width of the channel.
+
+    Returns:
+        Channel gains, complex64.
+    """
+    n_links, n_antennas, n_positions, _ = offset_m.shape
+    towards = np.stack([np.cos(paths.azimuth_rx_rad), np.sin(paths.azimuth_rx_rad)], axis=1)
+    turns = offset_m.reshape(n_links, n_antennas * n_positions, 2) @ towards / wavelength_m
+    turns -= np.rint(turns)  # whole turns would cost single precision its digits
+    arriving = _phasors((2.0 * np.pi * turns).astype(np.float32))
+    arriving *= paths.gain.astype(np.complex64)[:, None, :]
+    channel = np.matmul(arriving, subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz))
+    return channel.reshape(n_links, n_antennas, n_positions, channel.shape[-1])

@@ -12,6 +12,7 @@ from jaxtyping import Float
 from scipy.special import log_ndtr
 
 from wifipgo.errors import require
+from wifipgo.radio.bands import BANDS, band_of
 
 # Uncoded bit error rate of a Gray-coded constellation: scale * Q(sqrt(2 snr / spread)), for BPSK,
 # QPSK, 16-QAM and 64-QAM (Halperin et al., Table 2).
@@ -28,10 +29,10 @@ _LOG_BER_RISE = np.diff(_LOG_BER, axis=1, append=_LOG_BER[:, -1:])
 
 _LEAST_ESNR_DB = -30.0
 
-# 802.11n, 20 MHz, one stream, 800 ns guard interval: MCS 0 to 7.
-RATES_MBIT_S = np.array([6.5, 13.0, 19.5, 26.0, 39.0, 52.0, 58.5, 65.0])
+# What MCS 0 to 7 need, whatever the bandwidth, and the modulation in which it is measured.
 RATE_ESNR_DB = np.array([4.0, 7.0, 9.0, 12.0, 16.0, 20.0, 21.0, 22.0])
 _RATE_MODULATION = np.array([0, 1, 1, 2, 2, 3, 3, 3])
+_HIGHEST_RATE_MBIT_S = max(band.top_rate_mbit_s for band in BANDS.values())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,8 +44,9 @@ class LinkConfig:
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
-        require(0.0 < self.q_mbit_s <= RATES_MBIT_S[-1], "LinkConfig.q_mbit_s", "in (0, 65]", self.q_mbit_s)
-        require(self.alpha >= 0.0, "LinkConfig.alpha", ">= 0", self.alpha)
+        highest = _HIGHEST_RATE_MBIT_S
+        require(0.0 < self.q_mbit_s <= highest, "LinkConfig.q_mbit_s", f"in (0, {highest:g}]", self.q_mbit_s)
+        require(0.0 <= self.alpha < np.inf, "LinkConfig.alpha", ">= 0 and finite", self.alpha)
 
 
 def esnr_db(snr: Float[np.ndarray, "links subcarriers"]) -> Float[np.ndarray, "links 4"]:
@@ -74,10 +76,18 @@ def _flat_snr_db(
     return np.interp(-(highest + np.log(mean)), -table, _TABLE_DB)
 
 
-def rate_mbit_s(link_esnr_db: Float[np.ndarray, "links 4"]) -> Float[np.ndarray, " links"]:
-    """Highest 802.11n rate whose threshold the link's effective SNR passes, Mb/s; 0 where none does."""
+def rate_mbit_s(
+    link_esnr_db: Float[np.ndarray, "links 4"], *, bandwidth_hz: float = 20e6
+) -> Float[np.ndarray, " links"]:
+    """Highest 802.11n rate whose threshold the link's effective SNR passes, Mb/s; 0 where none does.
+
+    The thresholds are the same at both bandwidths: noise that doubles is in the SNR already.
+
+    Raises:
+        ValueError: A bandwidth other than 20 or 40 MHz.
+    """
     passes = link_esnr_db[..., _RATE_MODULATION] >= RATE_ESNR_DB
-    return np.where(passes, RATES_MBIT_S, 0.0).max(axis=-1)
+    return np.where(passes, band_of(bandwidth_hz).rates_mbit_s, 0.0).max(axis=-1)
 
 
 def service_discrepancy(
