@@ -7,6 +7,8 @@ from wifipgo.radio.images import Rays
 from wifipgo.radio.materials import slab_transmission
 from wifipgo.radio.surfaces import Surfaces
 
+_QUARTER_TURN = np.array([[-1.0], [1.0]])  # with the coordinates swapped
+
 
 def crossed(
     rays: Rays,
@@ -22,7 +24,7 @@ def crossed(
     front, outline = _in_front(rays, height_m, surfaces), surfaces.outline
     ends_m = ends[:, :2].take(rays.link, axis=2)
     on_leg_m = np.concatenate([ends_m[:1], rays.hit_m[:-1], ends_m[1:]])
-    across = rays.legs_m[:, ::-1] * ((-1.0,), (1.0,))
+    across = rays.legs_m[:, ::-1] * _QUARTER_TURN
     left = outline.corners_m @ across > (across * on_leg_m).sum(axis=1, keepdims=True)
     separated = left.take(outline.start, axis=1) != left.take(outline.end, axis=1)
     return separated & (front[:-1] != front[1:])
@@ -37,8 +39,9 @@ def _in_front(
     front = np.empty((len(rays.face) + 2, len(to_height), len(rays.link)), dtype=bool)
     front[:: len(front) - 1] = (height_m[:, first:] > 0.0).take(rays.link, axis=2)
     np.greater(to_height[:, :2] @ rays.hit_m, -to_height[:, 2:], out=front[1:-1])
-    bounce, own = np.nonzero(rays.face >= first)
-    front[1:-1, rays.face[bounce, own] - first, own] = True  # a ray stays in front of what it bounces off
+    own = np.flatnonzero(rays.face >= first)
+    face = rays.face.ravel().take(own) - first
+    front[1:-1, face, own % max(1, len(rays.link))] = True  # a ray stays in front of what it bounces off
     return front
 
 
@@ -51,11 +54,12 @@ def transmission(
     if len(ray):
         leg, face = np.divmod(place, across.shape[1])
         face += surfaces.n_walls
-        climb_m = (rays.legs_m[leg, :, ray] * surfaces.normal.T[face + 1]).sum(axis=-1)
+        x_m, y_m = rays.legs_m.swapaxes(0, 1).reshape(2, -1).take(leg * across.shape[2] + ray, axis=1)
+        normal_x, normal_y = surfaces.normal.take(face + 1, axis=1)
         each = slab_transmission(
-            surfaces.permittivity[face],
-            surfaces.thickness_m[face],
-            np.abs(climb_m) / rays.length_m[ray],
+            surfaces.permittivity.take(face),
+            surfaces.thickness_m.take(face),
+            np.abs(x_m * normal_x + y_m * normal_y) / rays.length_m.take(ray),
             carrier_hz,
         )
         np.multiply.at(out, ray, each)

@@ -70,7 +70,7 @@ def off_limits(
     level_m = y_m[:, None]
     met = (level_m >= outline.low_m) & (level_m < outline.high_m)  # by a ray in the direction of x
     met &= (height_m < 0.0) == (outline.climb > 0)
-    return (met * outline.climb).sum(axis=1, dtype=np.int16) != outline.winding
+    return (outline.climb.T @ met.view(np.int8))[:, 0] != outline.winding
 
 
 def is_convex(walls_m: Float[np.ndarray, "walls 2 2"]) -> bool:
