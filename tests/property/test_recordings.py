@@ -13,7 +13,7 @@ from synthetic_run import STAMP, write_run
 
 from wifipgo.radio.intel5300 import BLOCK_BYTES, STOCK, CsiLog, encode_csi_log, read_csi_log
 from wifipgo.radio.recordings import bearing, main
-from wifipgo.radio.wsr import pair, read_links
+from wifipgo.radio.wsr import MACS, pair, read_links
 
 SPOTS_M = {"tx2": (-2.4, 2.6, 0.7), "tx3": (2.5, -2.6, 0.5), "tx4": (-3.7, -1.5, 0.3)}
 RX, TX3 = f"csi_rx_{STAMP}.dat", f"csi_tx3_{STAMP}.dat"
@@ -153,6 +153,24 @@ def test_an_unknown_transmitter_lists_the_known(damaged: Path, capsys: pytest.Ca
     text = (damaged / TRUTH).read_text("utf-8")
     (damaged / TRUTH).write_text(text.replace("tx3", "tx9"), "utf-8")
     assert "unknown transmitter 'tx9'; known: rx, tx2, tx3, tx4" in refusal(damaged, capsys)
+
+
+def test_other_robots_are_named_in_a_file(run: Path, damaged: Path) -> None:
+    """The same logs under another name: the same link, once the file says whose address is whose."""
+    (damaged / TX3).rename(damaged / f"csi_tx9_{STAMP}.dat")
+    text = (damaged / TRUTH).read_text("utf-8")
+    (damaged / TRUTH).write_text(text.replace("tx3", "tx9"), "utf-8")
+    (damaged / "macs.json").write_text(json.dumps({"tx9": MACS["tx3"].upper()}), "utf-8")
+    renamed, original = read_links(damaged)[-1], read_links(run)[1]
+    assert renamed.transmitter == "tx9"
+    np.testing.assert_array_equal(renamed.forward, original.forward)
+    assert renamed.truth_rad == original.truth_rad
+
+
+@pytest.mark.parametrize("text", ["[]", '{"tx9": 7}', '{"tx9": "00:21:6a"}', "{"])
+def test_wrong_addresses_are_refused(text: str, damaged: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (damaged / "macs.json").write_text(text, "utf-8")
+    assert "macs.json" in refusal(damaged, capsys)
 
 
 @pytest.mark.parametrize(

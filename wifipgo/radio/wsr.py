@@ -2,12 +2,14 @@
 
 A run (Jadhav et al., arXiv 2109.12205) is a folder with the CSI log of a moving receiver,
 one log for each fixed transmitter, the receiver's motion capture and the surveyed
-transmitters. A pack is an ``.npz`` with the same links, paired and cut to the motion.
+transmitters; ``macs.json``, which is optional, has the addresses of robots that are not in
+`MACS`. A pack is an ``.npz`` with the same links, paired and cut to the motion.
 
 The truth of a link is the bearing from the *mean* position of the aperture to the
 transmitter; the toolbox itself takes it from the first moving pose.
 """
 
+import re
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -32,6 +34,9 @@ MACS = {
 PACK_CHANNEL = 108  # packs do not name their Wi-Fi channel; all known ones were recorded on this one
 MAX_GAP_S = 0.5  # a log that leaves out more than this of either end of the motion was cut
 TRUTH_FILE = "groundtruth_positions.json"
+MACS_FILE = (
+    "macs.json"  # optional, beside the logs of robots that are not in `MACS`: {"rx": "00:..", "tx7": ..}
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,12 +141,15 @@ def _run_links(folder: Path, stamp: str, about: Any) -> Iterator[Link]:
     place, targets = (
         entry(entry(about, name, truth), "value", truth) for name in ("true_rx_position", "true_tx_positions")
     )
+    macs = _macs(folder)
     for path in some_files(folder, f"csi_tx*_{stamp}.dat"):
         name = path.stem.removeprefix("csi_").removesuffix(f"_{stamp}")
         spot = entry(entry(targets, name, truth), "position", truth)
         away_m = [number(spot, axis, truth) for axis in "xyz"] - motion.position_m.mean(axis=0)
         answered = _host_stamped(path)
-        forward, reverse = pair(received, answered, transmitter_mac=pick(MACS, name, "transmitter"))
+        forward, reverse = pair(
+            received, answered, transmitter_mac=pick(macs, name, "transmitter"), receiver_mac=macs["rx"]
+        )
         time_s = received.time_s[forward]
         ends = {received_path: received, path: answered}
         kept = _while_moving(time_s, motion, ends)
@@ -156,6 +164,18 @@ def _run_links(folder: Path, stamp: str, about: Any) -> Iterator[Link]:
             wavelength_m=wavelength_m(round(channel)),
             truth_rad=float(np.arctan2(away_m[1], away_m[0])),
         )
+
+
+def _macs(folder: Path) -> dict[str, str]:
+    """Addresses of the robots of a run: those of the data set, and what its ``macs.json`` says instead."""
+    path = folder / MACS_FILE
+    told = from_json(path.read_text("utf-8"), path) if path.is_file() else {}
+    if not isinstance(told, dict):
+        raise ValueError(f"{path}: not a table of names and MAC addresses")
+    for name, mac in told.items():
+        if not isinstance(mac, str) or not re.fullmatch("[0-9a-fA-F]{2}(:[0-9a-fA-F]{2}){5}", mac):
+            raise ValueError(f"{path}: key {name!r} must hold a MAC address like {MACS['rx']}, got {mac!r}")
+    return MACS | told
 
 
 def _while_moving(
