@@ -59,7 +59,7 @@ _OWN: tuple[_Row, ...] = (
     ("heading", 2, -1.0, 1.0, "cos, sin", "own estimated heading in the world"),
     ("position", 2, -1.0, 2.0, "size_m", "own estimated position in the world"),
     ("calling", 1, 0.0, 1.0, "0 or 1", "a call of one's own is up"),
-    ("called", 1, 0.0, 1.0, "0 or 1", "somebody in a slot calls"),
+    ("called", 1, 0.0, 1.0, "0 or 1", "somebody calls and a ping passes"),
 )
 _SLOT: tuple[_Row, ...] = (
     ("present", 1, 0.0, 1.0, "0 or 1", "a robot is in this slot; if not, the rest of the slot is 0"),
@@ -79,6 +79,11 @@ _SLOT: tuple[_Row, ...] = (
         "AOA profile (Eq. 5, normalised) from the back, body frame",
     ),
 )
+
+
+def _width(rows: tuple[_Row, ...]) -> int:
+    """Numbers in a block."""
+    return sum(row[1] for row in rows)
 
 
 def layout(scenario: Scenario) -> tuple[Field, ...]:
@@ -140,39 +145,34 @@ def _share(value: np.ndarray) -> np.ndarray:
 def _own(belief: Belief, scenario: Scenario) -> np.ndarray:
     """Columns of `_OWN`."""
     n, pose = scenario.n_robots, belief.estimate[:, -1]
-    position = np.clip(pose[:, :2] / scenario.arena.size_m, -1.0, 2.0)
-    called = np.zeros(n)
-    called[belief.calls.callee[belief.calls.callee != NOBODY]] = 1.0
-    return np.column_stack(
-        [
-            _share(belief.err / scenario.rendezvous.err_threshold),
-            np.minimum((belief.t - belief.last_met) / scenario.n_steps, 1.0),
-            np.cos(pose[:, 2]),
-            np.sin(pose[:, 2]),
-            position,
-            belief.calls.callee != NOBODY,
-            called,
-        ]
-    )
+    robots, callee = np.arange(n), belief.calls.callee
+    calling = callee != NOBODY
+    heard = calling & (belief.rate_mbit_s[robots, callee] > 0.0)
+    out = np.zeros((n, _width(_OWN)))
+    out[:, 0] = _share(belief.err / scenario.rendezvous.err_threshold)
+    out[:, 1] = np.minimum((belief.t - belief.last_met) / scenario.n_steps, 1.0)
+    out[:, 2], out[:, 3] = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+    out[:, 4:6] = np.clip(pose[:, :2] / scenario.arena.size_m, -1.0, 2.0)
+    out[:, 6] = calling
+    out[callee[heard], 7] = 1.0
+    return out
 
 
 def _slots(belief: Belief, scenario: Scenario) -> np.ndarray:
     """Columns of `_SLOT`, (robots, slots, numbers)."""
     partner = belief.slots
-    here = partner != NOBODY
     robot = np.arange(len(partner))[:, None]
     low, high = (limit / 30.0 for limit in _ESNR_DB)
-    numbers = [
-        np.ones_like(partner),
-        np.clip(belief.esnr_db[robot, partner] / 30.0, low, high),
-        belief.rate_mbit_s[robot, partner] / band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s,
-        _share(belief.discrepancy[robot, partner]),
-        _share(belief.err[partner] / scenario.rendezvous.err_threshold),
-        belief.calls.callee[partner] == robot,
-        belief.calls.callee[robot] == partner,
-        _share(belief.observed[robot, partner] / scenario.rendezvous.kappa),
-    ]
+    out = np.empty((*partner.shape, _width(_SLOT)), dtype=np.float32)
+    out[..., 0] = 1.0
+    out[..., 1] = np.clip(belief.esnr_db[robot, partner] / 30.0, low, high)
+    out[..., 2] = belief.rate_mbit_s[robot, partner] / band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s
+    out[..., 3] = _share(belief.discrepancy[robot, partner])
+    out[..., 4] = _share(belief.err[partner] / scenario.rendezvous.err_threshold)
+    out[..., 5] = belief.calls.callee[partner] == robot
+    out[..., 6] = belief.calls.callee[robot] == partner
+    out[..., 7] = _share(belief.observed[robot, partner] / scenario.rendezvous.kappa)
     fine = belief.profile.reshape(*partner.shape, N_BINS, -1)
-    bins = functools.reduce(np.maximum, np.moveaxis(fine, -1, 0))  # faster than a reduction over a short axis
-    block = np.concatenate([np.stack(np.broadcast_arrays(*numbers), axis=-1), bins], axis=-1)
-    return np.where(here[..., None], block, 0.0)
+    out[..., 8:] = functools.reduce(np.maximum, np.moveaxis(fine, -1, 0))  # a short axis reduces slowly
+    out[partner == NOBODY] = 0.0
+    return out

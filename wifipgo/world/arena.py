@@ -43,6 +43,8 @@ class Arena:
         self._buffer = pymunk.batch.Buffer()
         self._rows = self._batch_rows(bodies)
         self._velocity = np.zeros((len(bodies) + 1, 2))
+        self._out = pymunk.batch.Buffer()  # a view of the velocities, not a copy
+        self._out.set_float_buf(self._velocity)
 
     def _add_static(self, layout: Layout) -> None:
         """Walls grow outwards and are thick, so that nothing tunnels through them."""
@@ -86,9 +88,7 @@ class Arena:
     def _command(self, velocity_m_s: np.ndarray) -> None:
         """Write velocities; the static body's row stays zero, or walls would drag robots."""
         self._velocity[self._rows] = velocity_m_s
-        buffer = pymunk.batch.Buffer()
-        buffer.set_float_buf(self._velocity)
-        pymunk.batch.set_space_bodies(self._space, pymunk.batch.BodyFields.VELOCITY, buffer)
+        pymunk.batch.set_space_bodies(self._space, pymunk.batch.BodyFields.VELOCITY, self._out)
 
     def _settle(self) -> None:
         """Stop, and let the last substep's overlaps be pushed apart."""

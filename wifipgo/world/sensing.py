@@ -1,5 +1,6 @@
 """What robots measure of the world with sensors other than radio (paper Eq. 2)."""
 
+import functools
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -50,6 +51,7 @@ class SensingConfig:
         for scale in self.noise_scale:
             require(scale >= 0.0, "SensingConfig.noise_scale", "all >= 0", self.noise_scale)
 
+    @functools.lru_cache(maxsize=8)  # noqa: B019 (a few configurations, asked for at every step)
     def sigmas(self, n_robots: int) -> Float[np.ndarray, "robots 2"]:
         """Standard deviations ``(sigma_t_m, sigma_r_rad)`` of each robot's measurements."""
         scale = np.array(self.noise_scale) if self.noise_scale else np.ones(n_robots)
@@ -58,6 +60,7 @@ class SensingConfig:
         )
         return scale[:, None] * np.array([self.sigma_t_m, self.sigma_r_rad])
 
+    @functools.lru_cache(maxsize=8)  # noqa: B019
     def stated_sigmas(self, n_robots: int) -> Float[np.ndarray, "robots 2"]:
         """What robots take the standard deviations to be; a noise-free sensor still has a finite weight."""
         return np.maximum(self.sigmas(n_robots), _LEAST_SIGMA)
