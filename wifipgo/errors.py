@@ -26,6 +26,16 @@ class RecordingError(ValueError):
         super().__init__(f"{source}: at byte {offset}: expected {expected}, got {got}")
 
 
+class GraphFileError(ValueError):
+    """A pose graph file that cannot be read; says in which line and what was expected."""
+
+    def __init__(self, source: str, line: int, expected: str, got: str) -> None:
+        """Build the message from the file, the line (0: the whole file), what was expected and found."""
+        self.source, self.line = source, line
+        place = f"{source}:{line}" if line else source
+        super().__init__(f"{place}: expected {expected}, got {got}")
+
+
 def pick(table: Mapping[str, T], name: str, kind: str) -> T:
     """Look ``name`` up, or raise `UnknownNameError` that lists what ``table`` holds."""
     if name not in table:
