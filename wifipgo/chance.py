@@ -20,6 +20,7 @@ class Streams(NamedTuple):
     sensing: np.random.Generator
     channel: np.random.Generator
     outliers: np.random.Generator
+    standing: np.random.Generator  # of what a radio keeps for a whole episode
 
     @classmethod
     def for_episode(cls, entropy: int, episode: int) -> "Streams":

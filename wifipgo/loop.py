@@ -11,23 +11,21 @@ default reward is ever handed a `Truth`.
 """
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from wifipgo import se2
 from wifipgo.chance import Streams
-from wifipgo.graph import Edges, bearing, extended, paper_weights, residual_error
-from wifipgo.radio.aoa import closest_peak, find_peaks
-from wifipgo.radio.hearing import Links, listen, probe_links
+from wifipgo.graph import Edges, extended, residual_error
+from wifipgo.listening import Listening, listened, weights_of
+from wifipgo.radio.hearing import probe_links
+from wifipgo.radio.impairments import draw_standing
 from wifipgo.radio.materials import Slab
 from wifipgo.radio.paths import surfaces_of
 from wifipgo.rendezvous import (
     BYTES_PER_POSE,
     NOBODY,
-    Calls,
-    choose_slots,
     discrepancies,
     due_groups,
     meet,
@@ -42,21 +40,11 @@ from wifipgo.world.coverage import empty_map, reveal
 from wifipgo.world.layout import random_layout
 from wifipgo.world.lidar import N_LIDAR_RAYS, scan
 from wifipgo.world.sensing import (
-    RelativePoses,
     observe_own_places,
     observe_robots,
     odometry,
     robots_in_view,
 )
-
-
-class Listening(NamedTuple):
-    """Profiles by slot and by link; ``row`` finds the link of a receiver and a sender."""
-
-    slots: Int[np.ndarray, "robots slots"]
-    by_slot: Float[np.ndarray, "robots slots grid"]
-    row: Int[np.ndarray, "robots robots"]
-    profile: Float[np.ndarray, "links grid"]
 
 
 def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
@@ -72,7 +60,15 @@ def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
     )
     faces_m = layout.faces_m
     edges_m = np.concatenate([layout.walls_m, faces_m])
-    world = World(layout, faces_m, edges_m, surfaces, Arena(layout, cfg, turn_rad=scenario.turn.turn_rad))
+    standing = draw_standing(
+        scenario.impairments,
+        n_robots=n,
+        n_antennas=len(scenario.radio.antennas_m) or 2,
+        size_m=cfg.size_m,
+        rng=streams.standing,
+    )
+    arena = Arena(layout, cfg, turn_rad=scenario.turn.turn_rad)
+    world = World(layout, faces_m, edges_m, surfaces, arena, standing)
     cells = reveal(
         empty_map(layout, cfg.size_m), layout.starts[:, :2], range_m=scenario.sensing.sensor_range_m
     )
@@ -151,9 +147,11 @@ def _dead_reckoned(belief: Belief, motion: Float[np.ndarray, "robots 3"], scenar
 def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, streams: Streams) -> Tick:
     """Look, listen, measure, meet if due, and take stock of the error."""
     poses, link = truth.poses[:, -1], scenario.link
-    links = probe_links(poses[:, :2], world.surfaces, scenario.radio)
+    links = probe_links(poses[:, :2], world.surfaces, scenario.radio, world.standing)
     seen = robots_in_view(poses, world.faces_m, range_m=scenario.sensing.sensor_range_m)
-    heard = _listened(links, belief.calls, seen, poses[:, 2], scenario=scenario, streams=streams)
+    heard = listened(
+        links, belief.calls, seen, poses[:, 2], world.standing, scenario=scenario, rng=streams.channel
+    )
     found = _measured(truth, belief, seen, heard, world=world, scenario=scenario, streams=streams)
     linked = links.rate_mbit_s >= link.q_mbit_s
     edges, n_bytes = _told_where_linked(extended(belief.edges, *found), belief.estimate, linked)
@@ -187,32 +185,6 @@ def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, s
     )
 
 
-def _listened(
-    links: Links,
-    calls: Calls,
-    seen: Bool[np.ndarray, "robots robots"],
-    yaw_rad: Float[np.ndarray, " robots"],
-    *,
-    scenario: Scenario,
-    streams: Streams,
-) -> Listening:
-    """Profiles of every slot, and of every robot in view where they guard against outliers."""
-    n = len(yaw_rad)
-    slots = choose_slots(calls, links.rate_mbit_s, links.esnr_db, scenario.n_slots)
-    wanted = seen & (scenario.rendezvous.outliers != "none")
-    robot, slot = np.nonzero(slots != NOBODY)
-    wanted[robot, slots[robot, slot]] = True
-    receiver, sender = np.nonzero(wanted)
-    row = np.full((n, n), NOBODY)
-    row[receiver, sender] = np.arange(len(receiver))
-    profile = listen(
-        links, receiver, sender, yaw_rad, radio=scenario.radio, turn=scenario.turn, rng=streams.channel
-    )
-    by_slot = np.zeros((*slots.shape, scenario.turn.n_azimuths), dtype=np.float32)
-    by_slot[robot, slot] = profile[row[robot, slots[robot, slot]]]
-    return Listening(slots, by_slot, row, profile)
-
-
 def _measured(
     truth: Truth,
     belief: Belief,
@@ -229,7 +201,7 @@ def _measured(
         truth.poses[:, -1], belief.t, seen, cfg=cfg, rng=streams.sensing, outlier_rng=streams.outliers
     )
     places = observe_own_places(truth.poses, world.faces_m, cfg=cfg, rng=streams.sensing)
-    weight = _weights(others, heard, scenario)
+    weight = weights_of(others, heard, scenario)
     told = belief.estimate[others.head[:, 0], others.head[:, 1]]
     found = (
         Edges.measured(
@@ -238,18 +210,6 @@ def _measured(
         Edges.measured(tail=places.tail, head=places.head, z=places.z, sigma=places.sigma),
     )
     return [edges for edges in found if len(edges)]
-
-
-def _weights(others: RelativePoses, heard: Listening, scenario: Scenario) -> Float[np.ndarray, " edges"]:
-    """Weights of Eq. 11 from the peak closest to each reported direction (Eq. 10)."""
-    cfg = scenario.rendezvous
-    if cfg.outliers == "none" or not len(others.z):
-        return np.ones(len(others.z))
-    rows = heard.row[others.tail[:, 0], others.head[:, 0]]
-    reported = bearing(others.z)
-    peaks = find_peaks(heard.profile[rows], n_peaks=scenario.turn.n_peaks)
-    closest = closest_peak(peaks, reported)
-    return paper_weights(reported, closest, sigma_rad=cfg.aoa_sigma_rad, gate_rad=cfg.aoa_gate_rad)
 
 
 def _told_where_linked(

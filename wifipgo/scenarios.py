@@ -9,7 +9,9 @@ import numpy as np
 
 from wifipgo.errors import UnknownNameError, pick, require
 from wifipgo.radio.aoa import AoaConfig
+from wifipgo.radio.bands import band_of
 from wifipgo.radio.csi import RadioConfig
+from wifipgo.radio.impairments import ImpairmentConfig
 from wifipgo.radio.link import LinkConfig
 from wifipgo.rendezvous import RendezvousConfig
 from wifipgo.world.layout import ArenaConfig
@@ -40,6 +42,7 @@ class Scenario:
     arena: ArenaConfig = field(default_factory=ArenaConfig)
     sensing: SensingConfig = field(default_factory=SensingConfig)
     radio: RadioConfig = field(default_factory=RadioConfig)
+    impairments: ImpairmentConfig = field(default_factory=ImpairmentConfig)
     turn: AoaConfig = field(default_factory=AoaConfig)
     link: LinkConfig = field(default_factory=LinkConfig)
     rendezvous: RendezvousConfig = field(default_factory=RendezvousConfig)
@@ -56,7 +59,15 @@ class Scenario:
         )
         require(self.max_measurements >= 0, "Scenario.max_measurements", ">= 0", self.max_measurements)
         require(self.visual_range_m >= 0.0, "Scenario.visual_range_m", ">= 0", self.visual_range_m)
+        self._check_radio()
         self.sensing.sigmas(self.n_robots)  # refuses a noise_scale of another length
+
+    def _check_radio(self) -> None:
+        """Reject a demand that no link meets, and a turn that compares no antennas."""
+        top, q = band_of(self.radio.bandwidth_hz).top_rate_mbit_s, self.link.q_mbit_s
+        require(q <= top, "LinkConfig.q_mbit_s", f"<= {top:g}, the top rate of the bandwidth", q)
+        antennas_m = self.radio.antennas_m
+        require(len(antennas_m) != 1, "RadioConfig.antennas_m", "2 or 3 positions for a turn", antennas_m)
 
     def with_overrides(self, **overrides: Any) -> "Scenario":
         """Copy with other values; a name is any field of the scenario or of its parts.

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo.graph import Edges
+from wifipgo.radio.impairments import Standing
 from wifipgo.radio.paths import Surfaces
 from wifipgo.rendezvous import Calls
 from wifipgo.world.arena import Arena
@@ -23,6 +24,7 @@ class World(NamedTuple):
         edges_m: The same and the walls.
         surfaces: What the radio sees of them.
         arena: The engine.
+        standing: What is wrong with the radio in this episode.
     """
 
     layout: Layout
@@ -30,6 +32,7 @@ class World(NamedTuple):
     edges_m: Float[np.ndarray, "edges 2 2"]
     surfaces: Surfaces
     arena: Arena
+    standing: Standing
 
 
 class Commands(NamedTuple):

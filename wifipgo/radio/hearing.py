@@ -1,16 +1,22 @@
 """What robots hear of each other in one iteration: links of all pairs, profiles of chosen ones."""
 
 import functools
+import itertools
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
+from wifipgo.errors import require
 from wifipgo.radio import aoa, csi, link
 from wifipgo.radio.aoa import AoaConfig
 from wifipgo.radio.csi import RadioConfig
+from wifipgo.radio.diffuse import with_diffuse
+from wifipgo.radio.impairments import ImpairmentConfig, Standing, true_headings
 from wifipgo.radio.paths import Paths, Surfaces, trace_paths
 
+Antennas = tuple[Sequence[float], ...]
 # Which column of `link.esnr_db` is shown to robots: 64-QAM saturates last.
 _SHOWN_MODULATION = 3
 
@@ -31,8 +37,22 @@ class Links(NamedTuple):
     row: Int[np.ndarray, "robots robots"]
 
 
-def probe_links(p_m: Float[np.ndarray, "robots 2"], surfaces: Surfaces, cfg: RadioConfig) -> Links:
-    """Trace the paths of every pair and find which rate each link carries."""
+def probe_links(
+    p_m: Float[np.ndarray, "robots 2"],
+    surfaces: Surfaces,
+    cfg: RadioConfig,
+    standing: Standing | None = None,
+) -> Links:
+    """Trace the paths of every pair and find which rate each link carries.
+
+    A pair without any path has rate 0, which is what "no link" is.
+
+    Args:
+        p_m: Robots in the world.
+        surfaces: The scene.
+        cfg: Transmitters and receivers.
+        standing: What the episode keeps; only its diffuse cluster matters here.
+    """
     n = len(p_m)
     low, high = np.triu_indices(n, 1)
     row = np.zeros((n, n), dtype=np.int64)
@@ -45,10 +65,12 @@ def probe_links(p_m: Float[np.ndarray, "robots 2"], surfaces: Surfaces, cfg: Rad
         max_order=cfg.max_order,
         penetration=cfg.penetration,
     )
-    channel = csi.centre_channel(paths)
+    if standing is not None and standing.diffuse is not None:
+        paths = with_diffuse(paths, p_m[low], p_m[high], standing.diffuse, carrier_hz=cfg.carrier_hz)
+    channel = csi.centre_channel(paths, bandwidth_hz=cfg.bandwidth_hz)
     effective_db = link.esnr_db(cfg.snr_scale * (channel.real**2 + channel.imag**2).astype(np.float64))
     rate, esnr = np.zeros((n, n)), np.full((n, n), -30.0)
-    rate[low, high] = rate[high, low] = link.rate_mbit_s(effective_db)
+    rate[low, high] = rate[high, low] = link.rate_mbit_s(effective_db, bandwidth_hz=cfg.bandwidth_hz)
     esnr[low, high] = esnr[high, low] = effective_db[:, _SHOWN_MODULATION]
     return Links(esnr, rate, paths, row)
 
@@ -60,14 +82,77 @@ def _towards(links: Links, receiver: np.ndarray, sender: np.ndarray) -> Paths:
     return chosen._replace(azimuth_rx_rad=arrives)
 
 
+class _Schedule(NamedTuple):
+    """A turn as the receiver believes it, for every pair of its antennas."""
+
+    relative_rad: Float[np.ndarray, " positions"]
+    pairs: tuple[tuple[int, int], ...]
+    steering: tuple[np.ndarray, ...]
+
+
 @functools.lru_cache(maxsize=8)
-def _schedule(turn: AoaConfig, wavelength_m: float) -> tuple[np.ndarray, np.ndarray]:
+def _schedule(turn: AoaConfig, antennas_m: Antennas, wavelength_m: float) -> _Schedule:
     """Relative headings and steering of a turn: the same at every step, for every link."""
+    half_m = 0.5 * turn.antenna_gap_m
+    places_m = np.array(antennas_m or ((half_m, 0.0), (-half_m, 0.0)))
+    require(len(places_m) > 1, "RadioConfig.antennas_m", "2 or 3 positions for a turn", antennas_m)
     relative, grid = aoa.turn_headings(turn), aoa.azimuth_grid(turn.n_azimuths)
-    steering = aoa.turn_steering(relative, grid, antenna_gap_m=turn.antenna_gap_m, wavelength_m=wavelength_m)
-    for array in (relative, steering):
+    pairs = tuple(itertools.combinations(range(len(places_m)), 2))
+    steering = []
+    for ahead, behind in pairs:
+        axis_m = places_m[ahead] - places_m[behind]
+        axis_rad, gap_m = np.arctan2(axis_m[1], axis_m[0]), float(np.hypot(*axis_m))
+        steering.append(
+            aoa.turn_steering(relative + axis_rad, grid, antenna_gap_m=gap_m, wavelength_m=wavelength_m)
+        )
+    for array in (relative, *steering):
         array.setflags(write=False)
-    return relative, steering
+    return _Schedule(relative, pairs, tuple(steering))
+
+
+def _channel(
+    paths: Paths, heading_rad: Float[np.ndarray, "links positions"], radio: RadioConfig, turn: AoaConfig
+) -> np.ndarray:
+    """Noise-free CSI during a turn: the pair has a faster way."""
+    wavelength_m, bandwidth_hz = radio.wavelength_m, radio.bandwidth_hz
+    if not radio.antennas_m:
+        return csi.pair_csi(
+            paths,
+            heading_rad,
+            antenna_gap_m=turn.antenna_gap_m,
+            wavelength_m=wavelength_m,
+            bandwidth_hz=bandwidth_hz,
+        )
+    offset_m = csi.antenna_offsets(np.array(radio.antennas_m), heading_rad)
+    return csi.array_csi(paths, offset_m, wavelength_m=wavelength_m, bandwidth_hz=bandwidth_hz)
+
+
+def _profiles(
+    received: np.ndarray, arrived: Int[np.ndarray, " links"], schedule: _Schedule, turn: AoaConfig
+) -> np.ndarray:
+    """Mean over antenna pairs of the share of power that each direction explains.
+
+    A packet that did not arrive counts neither as signal nor as a packet; nothing at all gives zeros.
+    """
+    total = functools.reduce(
+        np.add,
+        (
+            aoa.pair_profiles(received[:, ahead : behind + 1 : behind - ahead], steering, turn)
+            for (ahead, behind), steering in zip(schedule.pairs, schedule.steering, strict=True)
+        ),
+    )
+    scale = received.shape[2] / (len(schedule.pairs) * np.maximum(arrived, 1))
+    total *= scale[:, None].astype(np.float32)
+    return np.minimum(total, 1.0, out=total)
+
+
+def _arrived(
+    received: np.ndarray, linked: Bool[np.ndarray, " links"], cfg: ImpairmentConfig
+) -> Int[np.ndarray, " links"]:
+    """Packets of each link that arrived: none where not even a ping passes."""
+    if cfg.packet_loss == 0.0:
+        return linked * received.shape[2]
+    return linked * received.any(axis=(1, 3)).sum(axis=1)
 
 
 def listen(
@@ -79,6 +164,7 @@ def listen(
     radio: RadioConfig,
     turn: AoaConfig,
     rng: np.random.Generator,
+    standing: Standing | None = None,
 ) -> Float[np.ndarray, "links grid"]:
     """Profiles of chosen links from the packets that arrive while the receivers turn.
 
@@ -88,16 +174,27 @@ def listen(
         sender: Robot that it listens to, per link.
         yaw_rad: True headings at the end of the turn, which are the body frames.
         radio: Transmitter and receiver.
-        turn: Antenna pair, turn and estimator.
+        turn: Turn and estimator.
         rng: The channel's stream.
+        standing: Impairments; the defaults of `ImpairmentConfig` without.
 
     Returns:
-        One profile per link, in [0, 1], in the receiver's body frame.
+        One profile per link, in [0, 1], in the receiver's body frame. Zeros say that nothing was
+        heard: no path, no rate that passes, or no packet that arrived.
     """
-    paths = _towards(links, receiver, sender)
-    relative, steering = _schedule(turn, radio.wavelength_m)
-    heading = yaw_rad[receiver, None] + relative[None]
-    channel = csi.pair_csi(paths, heading, antenna_gap_m=turn.antenna_gap_m, wavelength_m=radio.wavelength_m)
-    received = csi.received_csi(channel, snr_scale=radio.snr_scale, rng=rng)
-    signal = aoa.ESTIMATORS[turn.aoa_estimator](received)
-    return aoa.bartlett_profiles(signal, steering)
+    cfg = ImpairmentConfig() if standing is None else standing.cfg
+    schedule = _schedule(turn, radio.antennas_m, radio.wavelength_m)
+    heading_rad = true_headings(yaw_rad[receiver, None] + schedule.relative_rad[None], cfg, rng=rng)
+    received = csi.received_csi(
+        _channel(_towards(links, receiver, sender), heading_rad, radio, turn),
+        snr_scale=radio.snr_scale,
+        rng=rng,
+        cfg=cfg,
+        chain_rad=None if standing is None or cfg.chain_phase_rad == 0.0 else standing.chain_rad[receiver],
+        bandwidth_hz=radio.bandwidth_hz,
+    )
+    arrived = _arrived(received, links.rate_mbit_s[receiver, sender] > 0.0, cfg)
+    # A subspace needs more packets than dimensions; nothing else asks for more than one.
+    least = turn.n_paths + 1 if turn.aoa_estimator == "music" else 1
+    received[arrived < least] = 0.0
+    return _profiles(received, arrived, schedule, turn)

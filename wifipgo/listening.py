@@ -1,0 +1,73 @@
+"""Whom each robot listens to in an iteration, and what that says about its measurements."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from wifipgo.graph import bearing, paper_weights
+from wifipgo.radio.aoa import closest_peak, find_peaks
+from wifipgo.radio.hearing import Links, listen
+from wifipgo.radio.impairments import Standing
+from wifipgo.rendezvous import NOBODY, Calls, choose_slots
+from wifipgo.scenarios import Scenario
+from wifipgo.world.sensing import RelativePoses
+
+
+class Listening(NamedTuple):
+    """Profiles by slot and by link; ``row`` finds the link of a receiver and a sender."""
+
+    slots: Int[np.ndarray, "robots slots"]
+    by_slot: Float[np.ndarray, "robots slots grid"]
+    row: Int[np.ndarray, "robots robots"]
+    profile: Float[np.ndarray, "links grid"]
+
+
+def listened(
+    links: Links,
+    calls: Calls,
+    seen: Bool[np.ndarray, "robots robots"],
+    yaw_rad: Float[np.ndarray, " robots"],
+    standing: Standing,
+    *,
+    scenario: Scenario,
+    rng: np.random.Generator,
+) -> Listening:
+    """Profiles of every slot, and of every robot in view where they guard against outliers."""
+    n = len(yaw_rad)
+    slots = choose_slots(calls, links.rate_mbit_s, links.esnr_db, scenario.n_slots)
+    wanted = seen & (scenario.rendezvous.outliers != "none")
+    robot, slot = np.nonzero(slots != NOBODY)
+    wanted[robot, slots[robot, slot]] = True
+    receiver, sender = np.nonzero(wanted)
+    row = np.full((n, n), NOBODY)
+    row[receiver, sender] = np.arange(len(receiver))
+    profile = listen(
+        links,
+        receiver,
+        sender,
+        yaw_rad,
+        radio=scenario.radio,
+        turn=scenario.turn,
+        rng=rng,
+        standing=standing,
+    )
+    by_slot = np.zeros((*slots.shape, scenario.turn.n_azimuths), dtype=np.float32)
+    by_slot[robot, slot] = profile[row[robot, slots[robot, slot]]]
+    return Listening(slots, by_slot, row, profile)
+
+
+def weights_of(others: RelativePoses, heard: Listening, scenario: Scenario) -> Float[np.ndarray, " edges"]:
+    """Weights of Eq. 11 from the peak closest to each reported direction (Eq. 10).
+
+    Where nothing was heard, nothing contradicts the measurement: its weight is 1.
+    """
+    cfg = scenario.rendezvous
+    if cfg.outliers == "none" or not len(others.z):
+        return np.ones(len(others.z))
+    rows = heard.row[others.tail[:, 0], others.head[:, 0]]
+    reported = bearing(others.z)
+    peaks = find_peaks(heard.profile[rows], n_peaks=scenario.turn.n_peaks)
+    closest = closest_peak(peaks, reported)
+    weight = paper_weights(reported, closest, sigma_rad=cfg.aoa_sigma_rad, gate_rad=cfg.aoa_gate_rad)
+    return np.where(peaks.height[:, 0] > 0.0, weight, 1.0)
