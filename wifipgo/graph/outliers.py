@@ -1,5 +1,7 @@
 """Weights for relative poses from the direction their signal came from (paper Eqs. 7 to 9, 11).
 
+Beside the paper's gate stands one that knows the range of what it judges.
+
 All angles are radians: Eq. 7 as printed depends on their unit. The peak of Eq. 10
 is chosen where the profiles are; here it is an azimuth.
 """
@@ -55,3 +57,34 @@ def paper_weights(
     """
     off_rad = wrap_angle(bearing_rad - peak_rad)
     return np.where(np.abs(off_rad) >= gate_rad, likelihood(off_rad, sigma_rad=sigma_rad), 1.0)
+
+
+def range_aware_weights(
+    z: Float[np.ndarray, "edges 3"],
+    sigma_t_m: Float[np.ndarray, " edges"],
+    peak_rad: Float[np.ndarray, " edges"],
+    *,
+    sigma_rad: float = PAPER_SIGMA_RAD,
+    gate_rad: float = PAPER_GATE_RAD,
+) -> Float[np.ndarray, " edges"]:
+    """Eq. 11 with a gate that is as wide as a good measurement's direction is uncertain (ours).
+
+    The direction of a position at range r is itself uncertain by ``sigma_t / r``, so the sigma of the
+    difference is ``s = sqrt(sigma_aoa^2 + sigma_t^2 / r^2)``. The gate lies as many of these sigmas
+    out as the paper's does of its own, and the weight falls from 1 there as the Gaussian
+    does. For exact positions that is Eq. 11.
+
+    Args:
+        z: Reported relative poses.
+        sigma_t_m: Standard deviation of their positions, each axis.
+        peak_rad: The peak closest to each.
+        sigma_rad: Standard deviation of the direction of arrival.
+        gate_rad: Gate for an exact position.
+
+    Returns:
+        Weight, in [0, 1].
+    """
+    range_m = np.maximum(np.hypot(z[:, 0], z[:, 1]), np.finfo(float).tiny)
+    off_sigmas = wrap_angle(bearing(z) - peak_rad) / np.hypot(sigma_rad, sigma_t_m / range_m)
+    beyond = np.maximum(off_sigmas**2 - (gate_rad / sigma_rad) ** 2, 0.0)
+    return np.exp(-0.5 * beyond)

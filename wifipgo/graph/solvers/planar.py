@@ -1,32 +1,32 @@
 """Maximum-likelihood poses in the plane (paper Eq. 3) by Levenberg-Marquardt."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import NamedTuple
 
 import gtsam
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
-from wifipgo import se2
 from wifipgo.errors import pick, require
+from wifipgo.graph.bearings import Bearings, bearing_residuals, select_bearings
 from wifipgo.graph.posegraph import Edges, select
+from wifipgo.graph.solvers._factors import add_anchors, add_bearings, add_between, add_told
+from wifipgo.graph.solvers._losses import BEARING_C, LOSSES, geman_mcclure_weight, huber_weight
+from wifipgo.graph.solvers._search import Found, as_values, optimise, truncate
+from wifipgo.graph.solvers.report import Report, WeighedDown
 
 # What an edge to a robot outside the solve does: whether it holds its tail to the pose that was told.
 THIRD_PARTY: Mapping[str, bool] = MappingProxyType({"fixed_told": True, "ignore": False})
 ANCHOR_SIGMA = 1e-5  # of first poses, m and rad: far below any sensor, and 1 / sigma^2 still well conditioned
+KNOWN_START = (ANCHOR_SIGMA, ANCHOR_SIGMA)
+UNKNOWN_START = (
+    100.0,
+    10.0,
+)  # m, rad: pulls next to nothing, and nothing floats
 TOLD_SIGMA = (0.6, 0.2)  # m, rad: least error over random walks of 4 and 10 robots, of 0.001 to 1.5 m
-TOLERANCE = 1e-8  # on the relative and absolute fall of the error: poses within about 0.1 mm of the optimum
-
-
-class Report(NamedTuple):
-    """What a solve did. A chi-square is the sum of squared residuals over sigma (twice gtsam's error)."""
-
-    iterations: int
-    chi2_before: float
-    chi2_after: float
-    n_used: int
-    n_dropped: int
+LEAST_WEIGHT = 1e-8  # of what GNC lets go: nothing, and no pose floats
 
 
 def solve(
@@ -36,6 +36,9 @@ def solve(
     robots: Sequence[int],
     third_party: str = "fixed_told",
     told_sigma: Float[np.ndarray, "#edges 2"] | tuple[float, float] = TOLD_SIGMA,
+    loss: str = "none",
+    bearings: Bearings | None = None,
+    start_sigma: Float[np.ndarray, "#robots 2"] | tuple[float, float] = KNOWN_START,
 ) -> tuple[Float[np.ndarray, "robots times 3"], Report]:
     """Poses of some robots that make their shared measurements most likely (paper Eq. 3).
 
@@ -50,6 +53,11 @@ def solve(
         third_party: What an edge to a robot outside does. ``fixed_told``: it ties its
             tail to the pose that the outsider told. ``ignore``: nothing.
         told_sigma: Uncertainty of told poses, (m, rad), for all edges or one row each.
+        loss: Of every relative pose but odometry: a name in `LOSSES`.
+        bearings: Directions in which robots heard each other, used where both ends take part, with
+            Geman-McClure's loss. They enter after a first solve without them, and start from there:
+            a loss that lets go of what does not fit must not choose what it fits.
+        start_sigma: How well first poses are known, (m, rad), for all robots or one row each.
 
     Returns:
         New poses, those of other robots unchanged, and the report.
@@ -58,27 +66,27 @@ def solve(
         ValueError: ``robots`` names one twice or nobody, an option is unknown, or a
             pose other than a first has no measurement.
     """
-    team = sorted(robots)
-    require(len(set(team)) == len(team) > 0, "robots", "one or more, each once", robots)
-    times = poses.shape[1]
-    first_key = np.full(len(poses), -1)
-    first_key[team] = np.arange(len(team)) * times
-    inner, outer = _split(edges, first_key, told=pick(THIRD_PARTY, third_party, "third-party option"))
-
-    start = poses[team].reshape(-1, 3)
-    graph = gtsam.NonlinearFactorGraph()
-    _add_anchors(graph, start, times)
-    _add_between(graph, select(edges, inner), first_key)
-    sigmas = np.broadcast_to(np.asarray(told_sigma, dtype=np.float64), (len(edges), 2))
-    _add_told(graph, select(edges, outer), sigmas[outer], first_key)
-
-    n_loose = len(start) - len(graph.keyVector())
-    require(n_loose == 0, "poses without any measurement", "none", n_loose)
-    solution, iterations, before, after = _optimise(graph, start)
-    solved = poses.copy()
-    solved[team, 1:] = solution.reshape(len(team), times, 3)[:, 1:]
-    used = len(inner) + len(outer)
-    return solved, Report(iterations, 2.0 * before, 2.0 * after, used, len(edges) - used)
+    pick(LOSSES, loss, "loss")
+    problem = _posed(
+        poses,
+        edges,
+        robots=robots,
+        third_party=third_party,
+        told_sigma=told_sigma,
+        start_sigma=start_sigma,
+    )
+    heard = _heard(bearings, problem.first_key)
+    found = _truncated(problem, edges) if loss == "gnc" else _plain(problem, edges, huber=loss == "huber")
+    if bearings is not None and len(heard):
+        add_bearings(found.graph, select_bearings(bearings, heard), problem.first_key)
+        found = optimise(found.graph, found.values)._replace(weight=found.weight)
+    solved = _put_back(poses, found.values, problem)
+    down = _let_go(loss, problem, found)
+    if bearings is not None and len(heard):
+        down += _let_go_bearings(solved, bearings, heard)
+    used = len(problem.rows)
+    chi2 = 2.0 * found.before, 2.0 * found.after
+    return solved, Report(found.iterations, *chi2, used, len(edges) - used, down)
 
 
 def solve_team(
@@ -86,6 +94,51 @@ def solve_team(
 ) -> tuple[Float[np.ndarray, "robots times 3"], Report]:
     """Solve for all robots at once: what a central computer that hears everything would do."""
     return solve(poses, edges, robots=range(len(poses)))
+
+
+class _Problem(NamedTuple):
+    """Who takes part, with which of the measurements."""
+
+    team: list[int]
+    first_key: Int[np.ndarray, " robots"]
+    start: Float[np.ndarray, "poses 3"]
+    start_sigma: Float[np.ndarray, "team 2"]
+    inner: Int[np.ndarray, " inner"]
+    outer: Int[np.ndarray, " outer"]
+    told_sigma: Float[np.ndarray, "outer 2"]
+    doubted: Bool[np.ndarray, " rows"]
+
+    @property
+    def rows(self) -> Int[np.ndarray, " rows"]:
+        """Edges in the order of their factors, which come after those that hold the first poses."""
+        return np.concatenate([self.inner, self.outer])
+
+
+def _posed(
+    poses: Float[np.ndarray, "robots times 3"],
+    edges: Edges,
+    *,
+    robots: Sequence[int],
+    third_party: str,
+    told_sigma: Float[np.ndarray, "#edges 2"] | tuple[float, float],
+    start_sigma: Float[np.ndarray, "#robots 2"] | tuple[float, float],
+) -> _Problem:
+    """Check who takes part and sort out what they use."""
+    team = sorted(robots)
+    require(len(set(team)) == len(team) > 0, "robots", "one or more, each once", robots)
+    first_key = np.full(len(poses), -1)
+    first_key[team] = np.arange(len(team)) * poses.shape[1]
+    inner, outer = _split(edges, first_key, told=pick(THIRD_PARTY, third_party, "third-party option"))
+    told = np.broadcast_to(np.asarray(told_sigma, dtype=np.float64), (len(edges), 2))
+    known = np.broadcast_to(np.asarray(start_sigma, dtype=np.float64), (len(poses), 2))
+    doubted = ~odometry(edges)[np.concatenate([inner, outer])]
+    start = poses[team].reshape(-1, 3)
+    return _Problem(team, first_key, start, known[team], inner, outer, told[outer], doubted)
+
+
+def odometry(edges: Edges) -> Bool[np.ndarray, " edges"]:
+    """Which measurements are of a robot's next pose: trusted by every outlier method."""
+    return ~edges.between_robots & (edges.head[:, 1] == edges.tail[:, 1] + 1)
 
 
 def _split(
@@ -99,62 +152,73 @@ def _split(
     return ours[inside], ours[~inside & told]
 
 
-def _add_anchors(graph: gtsam.NonlinearFactorGraph, start: Float[np.ndarray, "poses 3"], times: int) -> None:
-    """Hold the first pose of each robot where it is."""
-    noise = gtsam.noiseModel.Isotropic.Sigma(3, ANCHOR_SIGMA)
-    for key in range(0, len(start), times):
-        graph.addPriorPose2(key, gtsam.Pose2(*start[key].tolist()), noise)
+def _heard(bearings: Bearings | None, first_key: Int[np.ndarray, " robots"]) -> Int[np.ndarray, " heard"]:
+    """Rows of the bearings between participants, sorted."""
+    if bearings is None:
+        return np.zeros(0, dtype=np.int64)
+    inside = (first_key[bearings.observer[:, 0]] >= 0) & (first_key[bearings.target[:, 0]] >= 0)
+    ours = np.flatnonzero(inside)
+    columns = (*bearings.observer[ours].T, *bearings.target[ours].T, bearings.azimuth_rad[ours, 0])
+    return ours[np.lexsort(columns[::-1])]
 
 
-def _add_between(
-    graph: gtsam.NonlinearFactorGraph, edges: Edges, first_key: Int[np.ndarray, " robots"]
-) -> None:
-    """Add measurements among participants; equal noise shares one model."""
-    tail = first_key[edges.tail[:, 0]] + edges.tail[:, 1]
-    head = first_key[edges.head[:, 0]] + edges.head[:, 1]
-    sigma = edges.sigma / np.sqrt(edges.weight)[:, None]
-    models: dict[tuple[float, float], gtsam.noiseModel.Diagonal] = {}
-    for i, j, z, s in zip(
-        tail.tolist(), head.tolist(), edges.z.tolist(), map(tuple, sigma.tolist()), strict=True
-    ):
-        if s not in models:
-            models[s] = gtsam.noiseModel.Diagonal.Sigmas(np.array([s[0], s[0], s[1]]))
-        graph.add(gtsam.BetweenFactorPose2(i, j, gtsam.Pose2(*z), models[s]))
+def _graph(problem: _Problem, edges: Edges, *, huber: bool) -> gtsam.NonlinearFactorGraph:
+    """What the participants know of each other's relative poses."""
+    graph, key = gtsam.NonlinearFactorGraph(), problem.first_key
+    add_anchors(graph, problem.start, problem.start_sigma)
+    add_between(graph, select(edges, problem.inner), key, problem.doubted[: len(problem.inner)] & huber)
+    add_told(graph, select(edges, problem.outer), problem.told_sigma, key, doubted=huber)
+    n_loose = len(problem.start) - len(graph.keyVector())
+    require(n_loose == 0, "poses without any measurement", "none", n_loose)
+    return graph
 
 
-def _add_told(
-    graph: gtsam.NonlinearFactorGraph,
-    edges: Edges,
-    told_sigma: Float[np.ndarray, "edges 2"],
-    first_key: Int[np.ndarray, " robots"],
-) -> None:
-    """Tie tails to what outsiders told: T_world_tail = T_world_head T_tail_head^-1.
-
-    Noise of z and of the told pose both sit at the head. Seen from the tail, a turn
-    there is a turn here and a shift along (y, -x) of z, which is exact to first order
-    and needs no further variable.
-    """
-    tail = first_key[edges.tail[:, 0]] + edges.tail[:, 1]
-    T_world_tail = se2.compose(edges.told, se2.inverse(edges.z))
-    variance = edges.sigma**2 / edges.weight[:, None] + told_sigma**2
-    lever = np.stack([edges.z[:, 1], -edges.z[:, 0], np.ones(len(edges))], axis=-1)
-    turn = variance[:, 1, None, None] * lever[:, :, None] * lever[:, None, :]
-    covariance = turn + variance[:, 0, None, None] * np.diag([1.0, 1.0, 0.0])
-    for i, pose, cov in zip(tail.tolist(), T_world_tail.tolist(), covariance, strict=True):
-        graph.addPriorPose2(i, gtsam.Pose2(*pose), gtsam.noiseModel.Gaussian.Covariance(cov))
+def _plain(problem: _Problem, edges: Edges, *, huber: bool) -> Found:
+    """One search with squares, or with Huber's loss on what is doubted."""
+    return optimise(_graph(problem, edges, huber=huber), as_values(problem.start))
 
 
-def _optimise(
-    graph: gtsam.NonlinearFactorGraph, start: Float[np.ndarray, "poses 3"]
-) -> tuple[Float[np.ndarray, "poses 3"], int, float, float]:
-    """Run Levenberg-Marquardt; keys are rows of ``start``. Errors are gtsam's, half a chi-square."""
-    values = gtsam.Values()
-    for key, pose in enumerate(start.tolist()):
-        values.insert(key, gtsam.Pose2(*pose))
-    params = gtsam.LevenbergMarquardtParams()
-    params.setRelativeErrorTol(TOLERANCE)
-    params.setAbsoluteErrorTol(TOLERANCE)
-    optimiser = gtsam.LevenbergMarquardtOptimizer(graph, values, params)
-    before = optimiser.error()
-    solution = gtsam.utilities.extractPose2(optimiser.optimize())
-    return solution, optimiser.iterations(), before, optimiser.error()
+def _truncated(problem: _Problem, edges: Edges) -> Found:
+    """Weights by GNC, then a search under these weights."""
+    graph, n_anchors = _graph(problem, edges, huber=False), len(problem.team)
+    trusted = np.append(np.arange(n_anchors), n_anchors + np.flatnonzero(~problem.doubted))
+    values, weights = truncate(graph, as_values(problem.start), trusted=trusted.tolist())
+    weight = edges.weight.copy()
+    weight[problem.rows] *= np.maximum(weights[n_anchors:], LEAST_WEIGHT)
+    found = optimise(_graph(problem, replace(edges, weight=weight), huber=False), values)
+    return found._replace(weight=weights[n_anchors:])
+
+
+def _put_back(
+    poses: Float[np.ndarray, "robots times 3"], values: gtsam.Values, problem: _Problem
+) -> Float[np.ndarray, "robots times 3"]:
+    """All robots' poses with those found; a known first pose stays to the bit."""
+    found = gtsam.utilities.extractPose2(values).reshape(len(problem.team), poses.shape[1], 3)
+    known = (problem.start_sigma <= ANCHOR_SIGMA).all(axis=1)
+    found[known, 0] = poses[problem.team, 0][known]
+    solved = poses.copy()
+    solved[problem.team] = found
+    return solved
+
+
+def _let_go(loss: str, problem: _Problem, found: Found) -> tuple[WeighedDown, ...]:
+    """Edges that the loss weighs less than squares would."""
+    if loss == "none":
+        return ()
+    weight = found.weight
+    if weight is None:
+        doubted = (np.flatnonzero(problem.doubted) + len(problem.team)).tolist()
+        weight = np.ones(len(problem.rows))
+        loss_of = [found.graph.at(k).error(found.values) for k in doubted]
+        weight[problem.doubted] = huber_weight(np.array(loss_of))
+    low = weight < 1.0
+    return (WeighedDown(loss, problem.rows[low], weight[low]),) if low.any() else ()
+
+
+def _let_go_bearings(
+    solved: Float[np.ndarray, "robots times 3"], bearings: Bearings, heard: Int[np.ndarray, " heard"]
+) -> tuple[WeighedDown, ...]:
+    """Bearings so far off that they count less than a quarter."""
+    off = bearing_residuals(solved, bearings)[heard] / bearings.sigma_rad[heard]
+    weight, low = geman_mcclure_weight(off), np.abs(off) > BEARING_C
+    return (WeighedDown("bearing", heard[low], weight[low]),) if low.any() else ()

@@ -1,0 +1,85 @@
+"""Measurements in the plane as gtsam factors. Variables are integers: rows of the participants' poses."""
+
+from typing import Any
+
+import gtsam
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from wifipgo import se2
+from wifipgo.graph.bearings import Bearings
+from wifipgo.graph.posegraph import Edges
+from wifipgo.graph.solvers._losses import geman_mcclure, huber
+
+
+def keys(ends: Int[np.ndarray, "rows 2"], first_key: Int[np.ndarray, " robots"]) -> list[int]:
+    """Variables of some (robot, index) pairs."""
+    found: list[int] = (first_key[ends[:, 0]] + ends[:, 1]).tolist()
+    return found
+
+
+def add_anchors(
+    graph: gtsam.NonlinearFactorGraph,
+    start: Float[np.ndarray, "poses 3"],
+    sigma: Float[np.ndarray, "robots 2"],
+) -> None:
+    """Hold the first pose of each robot where it is, as firmly as it is known."""
+    for key, (sigma_t_m, sigma_r_rad) in zip(
+        range(0, len(start), len(start) // len(sigma)), sigma.tolist(), strict=True
+    ):
+        noise = gtsam.noiseModel.Diagonal.Sigmas(np.array([sigma_t_m, sigma_t_m, sigma_r_rad]))
+        graph.addPriorPose2(key, gtsam.Pose2(*start[key].tolist()), noise)
+
+
+def add_between(
+    graph: gtsam.NonlinearFactorGraph,
+    edges: Edges,
+    first_key: Int[np.ndarray, " robots"],
+    doubted: Bool[np.ndarray, " edges"],
+) -> None:
+    """Add measurements among participants, Huber's loss on doubted ones; equal noise shares one model."""
+    sigma = edges.sigma / np.sqrt(edges.weight)[:, None]
+    noises = zip(*sigma.T.tolist(), doubted.tolist(), strict=True)
+    models: dict[tuple[Any, ...], gtsam.noiseModel.Base] = {}
+    ends = zip(keys(edges.tail, first_key), keys(edges.head, first_key), edges.z.tolist(), strict=True)
+    for (i, j, z), noise in zip(ends, noises, strict=True):
+        if noise not in models:
+            sigma_t_m, sigma_r_rad, doubt = noise
+            model = gtsam.noiseModel.Diagonal.Sigmas(np.array([sigma_t_m, sigma_t_m, sigma_r_rad]))
+            models[noise] = huber(model) if doubt else model
+        graph.add(gtsam.BetweenFactorPose2(i, j, gtsam.Pose2(*z), models[noise]))
+
+
+def add_told(
+    graph: gtsam.NonlinearFactorGraph,
+    edges: Edges,
+    told_sigma: Float[np.ndarray, "edges 2"],
+    first_key: Int[np.ndarray, " robots"],
+    *,
+    doubted: bool,
+) -> None:
+    """Tie tails to what outsiders told: T_world_tail = T_world_head T_tail_head^-1.
+
+    Noise of z and of the told pose both sit at the head. Seen from the tail, a turn
+    there is a turn here and a shift along (y, -x) of z, which is exact to first order
+    and needs no further variable.
+    """
+    T_world_tail = se2.compose(edges.told, se2.inverse(edges.z))
+    variance = edges.sigma**2 / edges.weight[:, None] + told_sigma**2
+    lever = np.stack([edges.z[:, 1], -edges.z[:, 0], np.ones(len(edges))], axis=-1)
+    turn = variance[:, 1, None, None] * lever[:, :, None] * lever[:, None, :]
+    covariance = turn + variance[:, 0, None, None] * np.diag([1.0, 1.0, 0.0])
+    for i, pose, cov in zip(keys(edges.tail, first_key), T_world_tail.tolist(), covariance, strict=True):
+        noise = gtsam.noiseModel.Gaussian.Covariance(cov)
+        graph.addPriorPose2(i, gtsam.Pose2(*pose), huber(noise) if doubted else noise)
+
+
+def add_bearings(
+    graph: gtsam.NonlinearFactorGraph, bearings: Bearings, first_key: Int[np.ndarray, " robots"]
+) -> None:
+    """Add the highest peak of each profile as a bearing with Geman-McClure's loss."""
+    models = {sigma: geman_mcclure(sigma) for sigma in set(bearings.sigma_rad.tolist())}
+    ends = zip(keys(bearings.observer, first_key), keys(bearings.target, first_key), strict=True)
+    peaks = zip(bearings.azimuth_rad[:, 0].tolist(), bearings.sigma_rad.tolist(), strict=True)
+    for (i, j), (azimuth_rad, sigma) in zip(ends, peaks, strict=True):
+        graph.add(gtsam.BearingFactorPose2(i, j, gtsam.Rot2(azimuth_rad), models[sigma]))

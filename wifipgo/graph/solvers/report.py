@@ -1,0 +1,35 @@
+"""What a solve says about itself."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+
+class WeighedDown(NamedTuple):
+    """Measurements that an outlier method trusted less than their noise says.
+
+    Attributes:
+        method: Which method: a gate, a loss, or ``bearing`` for bearings' own loss.
+        rows: Of the edges; of the bearings where the method is ``bearing``.
+        weight: What was left of the information of each, in [0, 1).
+    """
+
+    method: str
+    rows: Int[np.ndarray, " rows"]
+    weight: Float[np.ndarray, " rows"]
+
+
+class Report(NamedTuple):
+    """What a solve did. A chi-square is the sum of squared residuals over sigma (twice gtsam's error).
+
+    Where a loss stands in for the square, the chi-square has twice the loss; with GNC, the
+    squares times their last weights. Before is where the last search began.
+    """
+
+    iterations: int
+    chi2_before: float
+    chi2_after: float
+    n_used: int
+    n_dropped: int
+    weighed_down: tuple[WeighedDown, ...] = ()
