@@ -32,7 +32,7 @@ def test_with_every_switch_off_the_channel_is_what_is_reported() -> None:
 
 
 def test_noise_is_white_and_of_the_stated_power() -> None:
-    noise = receiver.unit_noise((200, 2, 16, 30), rng=np.random.default_rng(0))
+    noise = receiver.white_noise((200, 2, 16, 30), rng=np.random.default_rng(0))
     assert np.mean(np.abs(noise) ** 2) == pytest.approx(1.0, abs=0.02)
     assert abs(np.mean(noise)) < 0.01
     assert abs(np.mean(noise**2)) < 0.01  # circular

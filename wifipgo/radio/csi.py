@@ -15,7 +15,7 @@ from wifipgo.errors import require
 from wifipgo.radio.bands import BANDS, SUBCARRIER_SPACING_HZ, band_of
 from wifipgo.radio.materials import SPEED_OF_LIGHT_M_S
 from wifipgo.radio.paths import Paths
-from wifipgo.radio.receiver import received_csi, unit_noise
+from wifipgo.radio.receiver import received_csi, white_noise
 
 __all__ = [
     "REPORTED_SUBCARRIERS",
@@ -27,7 +27,7 @@ __all__ = [
     "pair_csi",
     "received_csi",
     "subcarrier_phasors",
-    "unit_noise",
+    "white_noise",
 ]
 
 THERMAL_NOISE_DBM_PER_HZ = -174.0

@@ -22,17 +22,26 @@ _NOISE_TABLE_SIZE = 1 << 20
 _OSCILLATOR_TABLE_SIZE = 4096
 
 
+@functools.lru_cache(maxsize=4)
+def _noise_windows(amplitude: float, size: int) -> Complex[np.ndarray, "windows size"]:
+    """All stretches of a table of circular complex normal samples, the same everywhere."""
+    table = _noise_table() * np.float32(amplitude)
+    return np.lib.stride_tricks.sliding_window_view(table, size)
+
+
 @functools.cache
 def _noise_table() -> Complex[np.ndarray, " samples"]:
-    """Circular complex normal samples of unit power, drawn once and the same everywhere."""
+    """Circular complex normal samples of unit power, drawn once."""
     draw = np.random.default_rng(np.random.SeedSequence(0x5EED)).standard_normal(
         2 * _NOISE_TABLE_SIZE, dtype=np.float32
     )
     return (draw * np.float32(np.sqrt(0.5))).view(np.complex64)
 
 
-def unit_noise(shape: tuple[int, ...], *, rng: np.random.Generator) -> Complex[np.ndarray, "..."]:
-    """Complex white noise of unit power: one block per first index, cut from a table at a random offset.
+def white_noise(
+    shape: tuple[int, ...], *, amplitude: float = 1.0, rng: np.random.Generator
+) -> Complex[np.ndarray, "..."]:
+    """Complex white noise of power ``amplitude^2``: one block per first index, cut from a table at a random offset.
 
     Drawing every sample afresh would cost more than the rest of a step. The offsets are
     what ``rng`` decides; within a block the samples are independent.
@@ -42,7 +51,7 @@ def unit_noise(shape: tuple[int, ...], *, rng: np.random.Generator) -> Complex[n
     """
     size = int(np.prod(shape[1:]))
     require(size <= _NOISE_TABLE_SIZE, "size of a noise block", f"<= {_NOISE_TABLE_SIZE}", size)
-    windows = np.lib.stride_tricks.sliding_window_view(_noise_table(), size)
+    windows = _noise_windows(amplitude, size)
     return windows[rng.integers(len(windows), size=shape[0])].reshape(shape)
 
 
@@ -122,7 +131,6 @@ def _noisy(
     rng: np.random.Generator,
 ) -> Complex[np.ndarray, "links antennas positions subcarriers"]:
     """The channel in thermal noise."""
-    noise = unit_noise(channel.shape, rng=rng)
-    noise *= np.float32(1.0 / np.sqrt(snr_scale))
+    noise = white_noise(channel.shape, amplitude=float(1.0 / np.sqrt(snr_scale)), rng=rng)
     noise += channel
     return noise
