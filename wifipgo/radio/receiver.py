@@ -41,7 +41,7 @@ def _noise_table() -> Complex[np.ndarray, " samples"]:
 def white_noise(
     shape: tuple[int, ...], *, amplitude: float = 1.0, rng: np.random.Generator
 ) -> Complex[np.ndarray, "..."]:
-    """Complex white noise of power ``amplitude^2``: one block per first index, cut from a table at a random offset.
+    """Complex white noise of power ``amplitude^2``, a block per first index, cut from a table at random.
 
     Drawing every sample afresh would cost more than the rest of a step. The offsets are
     what ``rng`` decides; within a block the samples are independent.
