@@ -6,6 +6,7 @@ the paper's antenna pair makes a quarter turn; every trial has a new world.
 - *Random paths*: the direct path and echoes of equal power, K above their sum, every
   azimuth and phase uniform, echoes up to 100 ns later; 20 dB SNR of the direct path.
 - *Rooms*: traced paths up to one reflection between random places of an empty room, 12 m by 6 m.
+- *Shadow*: the same with a box of 0.2 m thick sides in the way of every direct path.
 - *One path*: error against SNR, beside the bound.
 """
 
@@ -40,6 +41,7 @@ RADIO, TURN = csi.RadioConfig(), aoa.AoaConfig()
 ESTIMATORS = ("ratio", "product", "music")
 K_FACTORS_DB = (10.0, 6.0, 3.0, 0.0)
 MATERIALS = ("brick", "concrete", "glass", "metal")
+SHADOWS = ("plasterboard", "brick", "concrete")
 ROOM_M = (12.0, 6.0)
 SNRS_DB = (-5.0, 0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0)
 BLOCK = 500  # worlds in memory at once
@@ -84,12 +86,20 @@ def random_paths(n: int, n_paths: int, k_db: float, rng: np.random.Generator) ->
     return Paths(gain, delay_s, azimuth_rad, np.zeros((n, n_paths)), order)
 
 
-def room_paths(n: int, material: str, rng: np.random.Generator) -> Paths:
-    """Traced paths between random places at least 0.5 m apart, the direct path scaled to power 1."""
+def room_paths(n: int, material: str, rng: np.random.Generator, *, shadow: bool = False) -> Paths:
+    """Traced paths between random places at least 0.5 m apart, the direct path scaled to power 1.
+
+    With ``shadow`` a box of the material stands in the middle, and in the way of every direct path.
+    """
+    boxes_m = [np.array([[5.0, 2.0], [7.0, 2.0], [7.0, 4.0], [5.0, 4.0]])] if shadow else []
     corners_m = np.array([[0.0, 0.0], [ROOM_M[0], 0.0], ROOM_M, [0.0, ROOM_M[1]]])
     walls_m = np.stack([corners_m, np.roll(corners_m, -1, axis=0)], axis=1)
-    scene = surfaces_of(walls_m, carrier_hz=RADIO.carrier_hz, wall=Slab(material))
-    tx_m, rx_m = (rng.uniform(0.3, np.array(ROOM_M) - 0.3, (2 * n, 2)) for _ in range(2))
+    slab = Slab(material)
+    scene = surfaces_of(walls_m, boxes_m, carrier_hz=RADIO.carrier_hz, wall=slab, obstacle=slab)
+    limits_m = np.array([[[0.3, 0.3], [11.7, 5.7]]] * 2)
+    if shadow:  # on both sides of the box, so that the straight line meets it
+        limits_m = np.array([[[0.3, 2.3], [4.5, 3.7]], [[7.5, 2.3], [11.7, 3.7]]])
+    tx_m, rx_m = (rng.uniform(low_m, high_m, (2 * n, 2)) for low_m, high_m in limits_m)
     apart = np.flatnonzero(np.linalg.norm(tx_m - rx_m, axis=1) > 0.5)[:n]
     paths = trace_paths(tx_m[apart], rx_m[apart], scene, carrier_hz=RADIO.carrier_hz)
     return paths._replace(gain=paths.gain / np.abs(paths.gain[:, :1]))
@@ -140,6 +150,9 @@ def worlds(trials: int) -> Iterator[tuple[str, float | None, Paths]]:
             )
     for material in MATERIALS:
         yield f"{material} room", None, room_paths(trials, material, np.random.default_rng(9))
+    for material in SHADOWS:
+        paths = room_paths(trials, material, np.random.default_rng(9), shadow=True)
+        yield f"{material} shadow", None, paths
 
 
 def accuracy(trials: int) -> list[Row]:

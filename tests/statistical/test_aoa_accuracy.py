@@ -60,6 +60,12 @@ def test_every_estimator_fails_on_two_equal_paths(measured: Any) -> None:
         assert row["gross_share"] >= 0.35
 
 
+def test_every_estimator_fails_in_deep_shadow(measured: Any) -> None:
+    """The strongest path is a reflection."""
+    for row in rows(measured, "concrete shadow", None).values():
+        assert row["gross_share"] >= 0.5
+
+
 def test_product_and_music_reach_the_bound_from_10_to_30_db(measured: Any) -> None:
     for row in measured["bound"]:
         if row["snr_db"] >= 10.0 and row["estimator"] != "ratio":
