@@ -11,7 +11,7 @@ w_shift and w_turn are the mean information of translation and rotation, times t
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
@@ -97,6 +97,12 @@ def links(graph: PoseGraph) -> Links:
     return Links(graph.tail[used], graph.head[used], z, w_turn, w_shift)
 
 
+def chosen(edges: Links, rows: Bool[np.ndarray, " links"]) -> Links:
+    """Some of the measurements."""
+    z = Poses(edges.z.R[rows], edges.z.t_m[rows])
+    return Links(edges.tail[rows], edges.head[rows], z, edges.w_turn[rows], edges.w_shift[rows])
+
+
 def nearest_rotations(M: Float[np.ndarray, "n d d"]) -> Float[np.ndarray, "n d d"]:
     """Rotation nearest to each matrix in the Frobenius norm."""
     U, _, Vt = np.linalg.svd(M)
@@ -126,13 +132,15 @@ def pose_normal(edges: Links, R: Float[np.ndarray, "n d d"]) -> Normal:
     """Normal equations for (delta_i, t_i) of F to first order at rotations ``R``."""
     d = R.shape[-1]
     R_i, R_j, G = R[edges.tail], R[edges.head], GENERATORS[d]
-    turn_i = np.einsum("eab,kbc,ecd->eadk", R_i, G, edges.z.R).reshape(len(R_i), d * d, -1)
-    turn_j = -np.einsum("eab,kbc->eack", R_j, G).reshape(len(R_i), d * d, -1)
+    turn_i = np.einsum("eab,kbc,ecd->eadk", R_i, G, edges.z.R).reshape(len(R_i), d * d, len(G))
+    turn_j = -np.einsum("eab,kbc->eack", R_j, G).reshape(len(R_i), d * d, len(G))
     lever = -np.einsum("eab,kbc,ec->eak", R_i, G, edges.z.t_m)
     flat, one = np.zeros((len(R_i), d * d, d)), np.broadcast_to(np.eye(d), (len(R_i), d, d))
     J_i = np.concatenate([np.dstack([turn_i, flat]), np.dstack([lever, -one])], axis=1)
     J_j = np.concatenate([np.dstack([turn_j, flat]), np.dstack([np.zeros_like(lever), one])], axis=1)
-    off = np.concatenate([(R_i @ edges.z.R - R_j).reshape(len(R_i), -1), -_times(R_i, edges.z.t_m)], axis=1)
+    off = np.concatenate(
+        [(R_i @ edges.z.R - R_j).reshape(len(R_i), d * d), -_times(R_i, edges.z.t_m)], axis=1
+    )
     w = np.concatenate(
         [np.repeat(edges.w_turn[:, None], d * d, 1), np.repeat(edges.w_shift[:, None], d, 1)], axis=1
     )
