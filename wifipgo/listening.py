@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.graph import bearing, paper_weights
-from wifipgo.radio.aoa import closest_peak, find_peaks
+from wifipgo.graph import GUARDS, Bearings, direction_weights
+from wifipgo.radio.aoa import find_peaks
 from wifipgo.radio.hearing import Links, listen
 from wifipgo.radio.impairments import Standing
 from wifipgo.rendezvous import NOBODY, Calls, choose_slots
@@ -36,7 +36,7 @@ def listened(
     """Profiles of every slot, and of every robot in view where they guard against outliers."""
     n = len(yaw_rad)
     slots = choose_slots(calls, links.rate_mbit_s, links.esnr_db, scenario.n_slots)
-    wanted = seen & (scenario.rendezvous.outliers != "none")
+    wanted = seen & GUARDS[scenario.rendezvous.outliers].listens
     robot, slot = np.nonzero(slots != NOBODY)
     wanted[robot, slots[robot, slot]] = True
     receiver, sender = np.nonzero(wanted)
@@ -58,16 +58,38 @@ def listened(
 
 
 def weights_of(others: RelativePoses, heard: Listening, scenario: Scenario) -> Float[np.ndarray, " edges"]:
-    """Weights of Eq. 11 from the peak closest to each reported direction (Eq. 10).
+    """Weights by a gate on direction, as Eq. 11's, from the peak closest to each report (Eq. 10).
 
     Where nothing was heard, nothing contradicts the measurement: its weight is 1.
     """
     cfg = scenario.rendezvous
-    if cfg.outliers == "none" or not len(others.z):
+    guard = GUARDS[cfg.outliers]
+    if not guard.by_direction or not len(others.z):
         return np.ones(len(others.z))
     rows = heard.row[others.tail[:, 0], others.head[:, 0]]
-    reported = bearing(others.z)
     peaks = find_peaks(heard.profile[rows], n_peaks=scenario.turn.n_peaks)
-    closest = closest_peak(peaks, reported)
-    weight = paper_weights(reported, closest, sigma_rad=cfg.aoa_sigma_rad, gate_rad=cfg.aoa_gate_rad)
+    weight = direction_weights(
+        others.z,
+        others.sigma,
+        peaks.azimuth_rad,
+        gate=guard.gate,
+        sigma_rad=cfg.aoa_sigma_rad,
+        gate_rad=cfg.aoa_gate_rad,
+    )
     return np.where(peaks.height[:, 0] > 0.0, weight, 1.0)
+
+
+def bearings_of(others: RelativePoses, heard: Listening, scenario: Scenario) -> Bearings:
+    """Directions in which the robots that measured each other heard each other, if they are made use of."""
+    cfg, n_peaks = scenario.rendezvous, scenario.turn.n_peaks
+    if not GUARDS[cfg.outliers].bearings or not len(others.z):
+        return Bearings.empty(n_peaks)
+    rows = heard.row[others.tail[:, 0], others.head[:, 0]]
+    peaks = find_peaks(heard.profile[rows], n_peaks=n_peaks)
+    loud = peaks.height[:, 0] > 0.0
+    return Bearings.measured(
+        observer=others.tail[loud],
+        target=others.head[loud],
+        azimuth_rad=peaks.azimuth_rad[loud],
+        sigma_rad=cfg.aoa_sigma_rad,
+    )

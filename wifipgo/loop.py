@@ -17,8 +17,8 @@ from jaxtyping import Bool, Float
 
 from wifipgo import se2
 from wifipgo.chance import Streams
-from wifipgo.graph import Edges, extended, residual_error
-from wifipgo.listening import Listening, listened, weights_of
+from wifipgo.graph import Bearings, Edges, extended, extended_bearings, residual_error
+from wifipgo.listening import Listening, bearings_of, listened, weights_of
 from wifipgo.radio.hearing import probe_links
 from wifipgo.radio.impairments import draw_standing
 from wifipgo.radio.materials import Slab
@@ -100,6 +100,7 @@ def _first_belief(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> 
     return Belief(
         estimate=starts[:, None],
         edges=Edges.empty(),
+        bearings=Bearings.empty(scenario.turn.n_peaks),
         err=np.zeros(n),
         lidar_m=np.zeros((n, N_LIDAR_RAYS)),
         esnr_db=np.zeros((n, n)),
@@ -152,12 +153,13 @@ def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, s
     heard = listened(
         links, belief.calls, seen, poses[:, 2], world.standing, scenario=scenario, rng=streams.channel
     )
-    found = _measured(truth, belief, seen, heard, world=world, scenario=scenario, streams=streams)
+    found, directions = _measured(truth, belief, seen, heard, world=world, scenario=scenario, streams=streams)
     linked = links.rate_mbit_s >= link.q_mbit_s
     edges, n_bytes = _told_where_linked(extended(belief.edges, *found), belief.estimate, linked)
     belief = replace(
         belief,
         edges=edges,
+        bearings=extended_bearings(belief.bearings, directions) if len(directions) else belief.bearings,
         bytes_sent=belief.bytes_sent + n_bytes,
         lidar_m=scan(
             poses,
@@ -194,8 +196,12 @@ def _measured(
     world: World,
     scenario: Scenario,
     streams: Streams,
-) -> list[Edges]:
-    """Relative poses of robots and of places (Eq. 2); the former weighted if the scenario asks for it."""
+) -> tuple[list[Edges], Bearings]:
+    """Relative poses of robots and of places (Eq. 2), the former weighted if the scenario asks for it.
+
+    Returns:
+        Them, and the directions in which the robots heard each other.
+    """
     cfg = scenario.sensing
     others = observe_robots(
         truth.poses[:, -1], belief.t, seen, cfg=cfg, rng=streams.sensing, outlier_rng=streams.outliers
@@ -209,7 +215,7 @@ def _measured(
         ),
         Edges.measured(tail=places.tail, head=places.head, z=places.z, sigma=places.sigma),
     )
-    return [edges for edges in found if len(edges)]
+    return [edges for edges in found if len(edges)], bearings_of(others, heard, scenario)
 
 
 def _told_where_linked(
@@ -235,7 +241,7 @@ def _met(belief: Belief, scenario: Scenario) -> Belief:
     cfg = scenario.rendezvous
     groups = due_groups(belief.observed, belief.rate_mbit_s, kappa=cfg.kappa, q_mbit_s=scenario.link.q_mbit_s)
     for group in groups:
-        meeting = meet(belief.estimate, belief.edges, group, cfg=cfg)
+        meeting = meet(belief.estimate, belief.edges, belief.bearings, group, cfg=cfg)
         observed, last_met, callee = (
             belief.observed.copy(),
             belief.last_met.copy(),

@@ -5,21 +5,21 @@ ranking of neighbours, a call that stays up until it is served, the count of obs
 Motion is a policy's business.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo.errors import pick, require
-from wifipgo.graph import ERR_WEIGHTS, THIRD_PARTY, Edges, retold, solve
+from wifipgo.graph import ERR_WEIGHTS, GUARDS, THIRD_PARTY, Bearings, Edges, retold, solve_guarded
 from wifipgo.radio.link import LinkConfig, service_discrepancy
 
 NOBODY = -1
-# Bytes of one pose and of one measurement as sent: 3 float64; two keys, z, sigma and weight.
-BYTES_PER_POSE, BYTES_PER_EDGE = 24, 64
+# Bytes of one pose, measurement and bearing as sent: 3 float64; two keys, z, sigma and weight; two keys,
+# azimuth and sigma.
+BYTES_PER_POSE, BYTES_PER_EDGE, BYTES_PER_BEARING = 24, 64, 32
 _ESTIMATORS = {"at_rendezvous": "optimise only when two robots meet (paper mode)"}
-_OUTLIERS = {"none": "trust every measurement", "paper": "weights of Eqs. 7 to 11"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,9 +34,11 @@ class RendezvousConfig:
         kappa: Observations of a pair that a rendezvous needs (Algorithm 1).
         err_weights: "unit" (paper mode) or "information".
         estimator: When poses are optimised.
-        outliers: What guards the optimisation against outliers.
+        outliers: What guards the optimisation against outliers: a name in `wifipgo.graph.GUARDS`. A gate
+            on direction weighs measurements as they come, so Err_i has its weights; what a loss or
+            PCM lets go at a rendezvous counts in Err_i as before.
         aoa_gate_rad: Delta of Eq. 11.
-        aoa_sigma_rad: sigma of Eq. 7.
+        aoa_sigma_rad: sigma of Eq. 7, and of a bearing that is a measurement of its own.
         third_party: What measurements of absent robots do in an optimisation: "fixed_told" or "ignore".
     """
 
@@ -56,7 +58,7 @@ class RendezvousConfig:
         require(self.kappa >= 1, "RendezvousConfig.kappa", ">= 1", self.kappa)
         pick(ERR_WEIGHTS, self.err_weights, "err_weights")
         pick(_ESTIMATORS, self.estimator, "estimator")
-        pick(_OUTLIERS, self.outliers, "outlier method")
+        pick(GUARDS, self.outliers, "outlier method")
         pick(THIRD_PARTY, self.third_party, "third_party")
 
 
@@ -161,16 +163,24 @@ class Meeting(NamedTuple):
 def meet(
     estimate: Float[np.ndarray, "robots times 3"],
     edges: Edges,
+    bearings: Bearings,
     group: list[int],
     *,
     cfg: RendezvousConfig,
 ) -> Meeting:
     """Exchange graphs, optimise them together (Eq. 3) and tell each other the new poses.
 
-    Only what the members measured or were told enters. Every member sends its trajectory and
-    measurements to every other: that is what ``bytes_sent`` counts.
+    Only what the members measured or were told enters. Every member sends its trajectory,
+    measurements and bearings to every other: that is what ``bytes_sent`` counts. Gates on direction
+    weighed the measurements when they came.
     """
-    solved, _ = solve(estimate, edges, robots=group, third_party=cfg.third_party)
+    guard = GUARDS[cfg.outliers]
+    at_once = replace(guard, gate="none") if guard.by_direction else guard
+    solved, _ = solve_guarded(
+        estimate, edges, bearings, robots=group, outliers=at_once, third_party=cfg.third_party
+    )
     n_edges = int(np.isin(edges.tail[:, 0], group).sum())
-    content = BYTES_PER_POSE * len(group) * estimate.shape[1] + BYTES_PER_EDGE * n_edges
+    n_bearings = int(np.isin(bearings.observer[:, 0], group).sum())
+    content = BYTES_PER_POSE * len(group) * estimate.shape[1]
+    content += BYTES_PER_EDGE * n_edges + BYTES_PER_BEARING * n_bearings
     return Meeting(solved, retold(edges, solved, robots=group), content * (len(group) - 1))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.graph import Edges
+from wifipgo.graph import Bearings, Edges
 from wifipgo.radio.impairments import Standing
 from wifipgo.radio.paths import Surfaces
 from wifipgo.rendezvous import Calls
@@ -59,6 +59,8 @@ class Belief:
     Attributes:
         estimate: Poses ``T_world_robot`` of every robot up to now, as it believes them.
         edges: Measurements (Eq. 2), each known to the robot at its tail.
+        bearings: Directions in which robots in view heard each other, each known to its observer; kept
+            where the outlier method has a use for them.
         err: Err_i of Eq. 4.
         lidar_m: Free distance along the rays.
         esnr_db: Effective SNR of each link.
@@ -75,6 +77,7 @@ class Belief:
 
     estimate: Float[np.ndarray, "robots times 3"]
     edges: Edges
+    bearings: Bearings
     err: Float[np.ndarray, " robots"]
     lidar_m: Float[np.ndarray, "robots rays"]
     esnr_db: Float[np.ndarray, "robots robots"]

@@ -22,7 +22,7 @@ from wifipgo.graph.outliers import (
     paper_weights,
     range_aware_weights,
 )
-from wifipgo.graph.posegraph import Edges
+from wifipgo.graph.posegraph import Edges, select
 from wifipgo.graph.solvers import KNOWN_START, Report, WeighedDown, solve
 from wifipgo.se2 import wrap_angle
 
@@ -115,7 +115,7 @@ def solve_guarded(
         ValueError: The method is unknown, or `wifipgo.graph.solve` refuses.
     """
     guard = pick(GUARDS, outliers, "outlier method") if isinstance(outliers, str) else outliers
-    weight = _gate_weights(edges, bearings, guard.gate, n_robots=len(poses))
+    weight = _gate_weights(edges, bearings, guard.gate, robots)
     solved, report = solve(
         poses,
         replace(edges, weight=edges.weight * weight),
@@ -131,12 +131,13 @@ def solve_guarded(
 
 
 def _gate_weights(
-    edges: Edges, bearings: Bearings | None, gate: str, *, n_robots: int
+    edges: Edges, bearings: Bearings | None, gate: str, robots: Sequence[int]
 ) -> Float[np.ndarray, " edges"]:
-    """Weight of each edge by the gate."""
+    """Weight of each edge by the gate; PCM knows of nothing outside the robots that take part."""
     weight = np.ones(len(edges))
     if gate == "pcm":
-        weight = consistent(edges, n_robots=n_robots).astype(np.float64)
+        inside = np.isin(edges.tail[:, 0], robots) & np.isin(edges.head[:, 0], robots)
+        weight[inside] = consistent(select(edges, inside), n_robots=1 + max(robots))
     elif gate != "none" and bearings is not None:
         row = heard_along(edges, bearings)
         rows, edge = row[row >= 0], np.flatnonzero(row >= 0)
