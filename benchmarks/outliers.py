@@ -1,0 +1,300 @@
+"""Outlier methods side by side: reduction of the ground-truth error over a grid of encounters.
+
+Run: ``python benchmarks/outliers.py [--full] [--trials N] [--jobs N] [--seed S] [--out DIR] [--resume]``.
+A cell is a range, a quality of odometry, a kind and number of outliers among 9 relative poses, and whether
+starts are known (`wifipgo.graph.encounters`). Every method solves the same encounters, so
+comparisons are paired. The reduction is that of Eq. 12 + Eq. 13 against no method at all, which knows
+the true covariances; intervals are of 95 %. Bearings are 3 degrees and 7.5 % gross; rows marked *wrong
+bearings* solve the same encounters with all bearings of a robot off by one angle of 20 to 180 degrees.
+"""
+
+import os
+
+for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_variable, "1")
+
+import json
+import multiprocessing
+import shutil
+import signal
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass, replace
+from io import BytesIO
+from itertools import product
+from pathlib import Path
+from typing import Annotated, Any
+from zlib import crc32
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+import tyro
+from jaxtyping import Float
+from matplotlib.figure import Figure
+from PIL import Image
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from wifipgo.errors import require
+from wifipgo.graph import Bearings, ate_rot, ate_trans, solve_guarded
+from wifipgo.graph.encounters import Encounter, EncounterConfig, simulate_encounter
+
+METHODS = ("none", "paper", "range_aware", "pcm", "huber", "gnc", "bearing")
+LABELS = {
+    "paper": "Eq. 11 (paper)",
+    "range_aware": "range-aware gate",
+    "pcm": "PCM",
+    "huber": "Huber",
+    "gnc": "GNC-TLS",
+    "bearing": "Huber + bearings\n(default)",
+    "oracle": "true outliers\nremoved",
+}
+HEARING = ("paper", "range_aware", "bearing")  # solved again with wrong bearings
+WRONG = " / wrong bearings"
+COLUMNS = (*METHODS, "oracle", *(name + WRONG for name in HEARING))
+KINDS = {"no": "no outliers", "random": "mild, random signs", "same": "mild, same signs", "gross": "gross"}
+ODOMETRY = {0.1: "good", 0.3: "mid", 1.0: "noisy"}
+PAPER_CLAIM = 32.0  # per cent
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OutlierConfig:
+    """Which grid, how often, where to."""
+
+    full: Annotated[bool, tyro.conf.arg(help="All 456 cells, 200 trials each: about an hour.")] = False
+    trials: Annotated[int, tyro.conf.arg(help="Trials a cell; 0: 40, or 200 with --full.")] = 0
+    jobs: Annotated[int, tyro.conf.arg(help="Processes.")] = 2
+    seed: Annotated[int, tyro.conf.arg(help="Root of all chance.")] = 0
+    out: Annotated[Path, tyro.conf.arg(help="Folder for tables, summary and picture.")] = Path(
+        "results/outliers"
+    )
+    resume: Annotated[bool, tyro.conf.arg(help="Go on where an interrupted run stopped.")] = False
+
+    def __post_init__(self) -> None:
+        """Reject values that cannot mean anything."""
+        require(self.trials == 0 or self.trials >= 2, "trials", ">= 2, or 0", self.trials)
+        require(self.jobs >= 1, "jobs", ">= 1", self.jobs)
+        require(self.seed >= 0, "seed", ">= 0", self.seed)
+
+    @property
+    def n_trials(self) -> int:
+        """Trials of each cell."""
+        return self.trials or (200 if self.full else 40)
+
+
+def grid(*, full: bool) -> list[EncounterConfig]:
+    """All cells: 4 ranges, 3 qualities of odometry, 18 outlier settings and none, starts known or not."""
+    ranges, counts = ((1.0, 2.0, 4.0, 8.0), range(1, 7)) if full else ((1.0, 4.0), (2, 4, 6))
+    outliers = [("random", 0), *product(("random", "same", "gross"), counts)]
+    return [
+        EncounterConfig(range_m=r, odometry_scale=odometry, kind=kind, n_outliers=n, start_known=known)
+        for known, odometry, r, (kind, n) in product((True, False), ODOMETRY, ranges, outliers)
+    ]
+
+
+def errors(cfg: EncounterConfig, seed: int, trial: int) -> list[float]:
+    """Ground-truth error, Eq. 12 + Eq. 13, of every column on one encounter; no two cells share one."""
+
+    def seen(of: EncounterConfig) -> Encounter:
+        return simulate_encounter(of, rng=np.random.default_rng([seed, crc32(repr(cfg).encode()), trial]))
+
+    def error(method: str, e: Encounter, bearings: Bearings, weight: np.ndarray | float = 1.0) -> float:
+        edges = replace(e.edges, weight=e.edges.weight * weight)
+        solved, _ = solve_guarded(
+            e.start, edges, bearings, robots=(0, 1), outliers=method, start_sigma=e.start_sigma
+        )
+        return float((ate_trans(solved, e.truth) + ate_rot(solved, e.truth)).mean())
+
+    e, wrong = seen(cfg), seen(replace(cfg, bearings_wrong=True)).bearings
+    usual = [error(method, e, e.bearings) for method in METHODS]
+    removed = error("none", e, e.bearings, 1.0 - e.is_outlier)
+    return [*usual, removed, *(error(method, e, wrong) for method in HEARING)]
+
+
+def run_cell(path: Path, cfg: EncounterConfig, seed: int, n_trials: int) -> Path:
+    """All trials of a cell, into a file that is there whole or not at all."""
+    found = np.array([errors(cfg, seed, trial) for trial in range(n_trials)])
+    np.save(path.with_suffix(".tmp.npy"), found)
+    os.replace(path.with_suffix(".tmp.npy"), path)
+    return path
+
+
+def _quiet() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def run_cells(config: OutlierConfig, cells: Sequence[EncounterConfig], partial: Path) -> None:
+    """Run what is not done yet, cells over processes."""
+    paths = [partial / f"{k:04d}.npy" for k in range(len(cells))]
+    todo = [(path, cell) for path, cell in zip(paths, cells, strict=True) if not path.is_file()]
+    spawn = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(config.jobs, spawn, initializer=_quiet) as pool:
+        futures = [pool.submit(run_cell, *task, config.seed, config.n_trials) for task in todo]
+        try:
+            for future in track(as_completed(futures), "cells", total=len(futures)):
+                future.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def claim(config: OutlierConfig, cells: Sequence[EncounterConfig]) -> Path:
+    """Folder of unfinished work beside the results; refuses to mix two settings.
+
+    Raises:
+        ValueError: There is unfinished work that is not to be resumed, or of other settings.
+    """
+    partial = config.out.with_name(f"{config.out.name}.partial")
+    record = json.dumps([config.seed, config.n_trials, [asdict(cell) for cell in cells]])
+    saved = partial / "config.json"
+    if partial.exists():
+        require(
+            config.resume, f"{partial} holds unfinished work: --resume", "given, or the folder removed", False
+        )
+        require(saved.read_text() == record, f"settings of {partial}", "those of this run", "others")
+    partial.mkdir(parents=True, exist_ok=True)
+    saved.write_text(record)
+    return partial
+
+
+def reduction(base: Float[np.ndarray, " trials"], error: Float[np.ndarray, " trials"]) -> tuple[float, float]:
+    """Paired reduction of the mean error and half its 95 % interval, per cent (delta method on the ratio)."""
+    ratio = error.mean() / base.mean()
+    spread = (error - ratio * base).std(ddof=1) / np.sqrt(len(base)) / base.mean()
+    return 100.0 * (1.0 - ratio), 196.0 * float(spread)
+
+
+def tabulate(cells: Sequence[EncounterConfig], partial: Path) -> pd.DataFrame:
+    """One row for each cell and method."""
+
+    def rows() -> Iterator[dict[str, Any]]:
+        for k, cell in enumerate(cells):
+            found = np.load(partial / f"{k:04d}.npy")
+            keys = {
+                "kind": cell.kind if cell.n_outliers else "no",
+                "n_outliers": cell.n_outliers,
+                "range_m": cell.range_m,
+                "odometry": ODOMETRY[cell.odometry_scale],
+                "start_known": cell.start_known,
+                "trials": len(found),
+            }
+            for column, error in zip(COLUMNS, found.T, strict=True):
+                gain, half = reduction(found[:, 0], error)
+                yield keys | {"method": column, "error": error.mean(), "reduction": gain, "half": half}
+
+    return pd.DataFrame(rows())
+
+
+def overview(frame: pd.DataFrame) -> pd.DataFrame:
+    """Mean reduction by method and kind, over cells with outliers, its half interval, and the worst cell."""
+    bad = frame[frame.n_outliers > 0]
+    by_kind = frame.pivot_table(index="method", columns="kind", values="reduction")
+    cells = bad.groupby("method").reduction
+    half = bad.groupby("method").half.agg(lambda h: float(np.sqrt((h**2).sum()) / len(h)))
+    worst = frame.loc[frame.groupby("method").reduction.idxmin()].set_index("method")
+    table = by_kind.assign(all=cells.mean(), half=half, worst=worst.reduction, worst_half=worst.half)
+    table["claim"] = 100.0 * cells.agg(lambda r: float((r >= PAPER_CLAIM).mean()))
+    return table.loc[[name for name in COLUMNS if name != "none"]]
+
+
+def show(table: pd.DataFrame, console: Console, title: str) -> None:
+    """Print the overview."""
+    shown = Table(title=title, caption="Reduction of Eq. 12 + Eq. 13 in per cent, mean over cells; +- 95 %.")
+    shown.add_column("method", no_wrap=True)
+    for heading in (*KINDS.values(), "all outliers", "worst cell", f"cells >= {PAPER_CLAIM:.0f} %"):
+        shown.add_column(heading, justify="right")
+    for row in table.itertuples():
+        kinds = [f"{getattr(row, kind):.1f}" for kind in KINDS]
+        ends = [
+            f"{row.all:.1f} +- {row.half:.1f}",
+            f"{row.worst:.1f} +- {row.worst_half:.1f}",
+            f"{row.claim:.0f} %",
+        ]
+        shown.add_row(str(row.Index), *kinds, *ends)
+    console.print(shown)
+
+
+def picture(frame: pd.DataFrame, title: str) -> Figure:
+    """One column of small maps a method, one row an odometry: reduction over kind, even number and range."""
+    methods = [*LABELS, "bearing" + WRONG]
+    labels = [*LABELS.values(), "default, every\nbearing wrong"]
+    means = frame[frame.n_outliers > 0].groupby("method").reduction.mean()
+    figure = Figure(figsize=(1.8 * len(methods) + 1.0, 7.8), layout="constrained")
+    axes = figure.subplots(len(ODOMETRY), len(methods), sharex=True, sharey=True)
+    frame = frame[frame.n_outliers % 2 == 0].assign(
+        outliers=lambda f: f.n_outliers.astype(str) + " " + f.kind
+    )
+    order = list(dict.fromkeys(frame.sort_values(["kind", "n_outliers"], key=_rank).outliers))
+    for (row, quality), (column, method) in product(enumerate(ODOMETRY.values()), enumerate(methods)):
+        ax = axes[row, column]
+        part = frame[(frame.method == method) & (frame.odometry == quality)]
+        grid_of = part.pivot_table(index="outliers", columns="range_m", values="reduction").loc[order]
+        image = ax.imshow(grid_of, cmap="RdBu", vmin=-80.0, vmax=80.0, aspect="auto")
+        for (y, x), value in np.ndenumerate(grid_of.to_numpy()):
+            colour = "white" if abs(value) > 50.0 else "black"
+            ax.text(x, y, f"{value:.0f}", ha="center", va="center", fontsize=6, color=colour)
+        ax.set_xticks(range(grid_of.shape[1]), [f"{r:g} m" for r in grid_of.columns], fontsize=8)
+        ax.set_yticks(range(len(order)), [name.replace("0 no", "none") for name in order], fontsize=8)
+        if row == 0:
+            mean = means[method]
+            ax.set_title(f"{labels[column]}\n{mean:+.0f} % on average", fontsize=9)
+        if column == 0:
+            ax.set_ylabel(f"{quality} odometry\noutliers of 9", fontsize=9)
+    bar = figure.colorbar(image, ax=axes, shrink=0.6, extend="both")
+    bar.set_label("reduction of ground-truth error, per cent (blue: better than no method)")
+    figure.suptitle(title, fontsize=11)
+    return figure
+
+
+def _rank(column: pd.Series) -> pd.Series:
+    return column.map(list(KINDS).index) if column.name == "kind" else column
+
+
+def save_picture(figure: Figure, path: Path) -> None:
+    """Write a PNG of 256 colours, a fraction of the size."""
+    figure.savefig(buffer := BytesIO(), format="png", dpi=96)
+    Image.open(buffer).convert("RGB").quantize(256).save(path, format="PNG", optimize=True)
+
+
+def publish(
+    frame: pd.DataFrame, table: pd.DataFrame, figure: Figure, record: dict[str, Any], out: Path
+) -> None:
+    """Write all results; each file is there whole or not at all."""
+    out.mkdir(parents=True, exist_ok=True)
+    staged = [out / f"{name}.tmp" for name in ("cells.parquet", "summary.json", "outliers.png")]
+    frame.to_parquet(staged[0], index=False)
+    summary = json.dumps(record | {"methods": table.to_dict(orient="index")}, indent=2)
+    staged[1].write_text(summary + "\n", encoding="utf-8")
+    save_picture(figure, staged[2])
+    for path in staged:
+        os.replace(path, path.with_suffix(""))
+
+
+def main(config: OutlierConfig) -> None:
+    """Run, show, write."""
+    mpl.use("Agg")
+    cells, console, begin = (
+        grid(full=config.full),
+        Console(width=None if sys.stdout.isatty() else 140),
+        time.time(),
+    )
+    partial = claim(config, cells)
+    run_cells(config, cells, partial)
+    frame = tabulate(cells, partial)
+    table = overview(frame)
+    title = f"{len(cells)} cells, {config.n_trials} paired trials each, seed {config.seed}"
+    show(table, console, title)
+    record = {"cells": len(cells), "trials": config.n_trials, "seed": config.seed, "full": config.full}
+    publish(frame, table, picture(frame, f"Outlier methods: {title}"), record, config.out)
+    shutil.rmtree(partial)
+    console.print(f"{config.out} written, {time.time() - begin:.0f} s")
+
+
+if __name__ == "__main__":
+    try:
+        main(tyro.cli(OutlierConfig, description=__doc__))
+    except ValueError as problem:
+        sys.exit(str(problem))
