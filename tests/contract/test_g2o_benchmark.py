@@ -1,0 +1,45 @@
+"""The benchmark of multi-robot graphs keeps its figures and its manners."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from data_dir import data_dir
+from graphs import random_graph
+
+from benchmarks.multi_robot_g2o import G2oConfig, main
+from wifipgo.graph.files import write_g2o
+
+
+def test_figures_on_the_published_sets(tmp_path: Path) -> None:
+    """Optima within 0.1 %, gaps within 1.7 and 0.6 %, rounds within 1.5 times the reference."""
+    source = data_dir("g2o")
+    for name in ("example_4robots", "example_16robots"):
+        shutil.copytree(source / name, tmp_path / "data" / name)
+    out = tmp_path / "figures" / "g2o.json"
+    assert main(G2oConfig(data=tmp_path / "data", json=out, repeats=1)) == 0
+    known = json.loads((source / "reference.json").read_text())["datasets"]
+    for name, found in json.loads(out.read_text())["datasets"].items():
+        for figure in ("chordal_optimum", "gtsam_lm_error", "chordal_cost_two_stage_centralised"):
+            assert found[figure] == pytest.approx(known[name][figure], rel=1e-3)
+        for threshold, gap in (("0.1", 0.017), ("0.01", 0.006)):
+            reference = known[name]["distributed"][threshold]
+            allowed = 1.5 * (reference["rounds_rotation"] + reference["rounds_pose"])
+            for method in ("distributed", "distributed_two_stage"):
+                reached = found[method][threshold]
+                assert reached["converged"]
+                assert -1e-6 <= reached["gap_to_chordal_optimum"] <= gap
+                assert reached["rounds"] <= allowed
+
+
+def test_sets_without_reference_and_nothing_at_all(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(G2oConfig(data=tmp_path)) == 2
+    assert "no folder with g2o files" in capsys.readouterr().err
+    write_g2o(tmp_path / "mine", random_graph(0)[1])
+    assert main(G2oConfig(data=tmp_path, repeats=1)) == 0
+    (tmp_path / "mine" / "0.g2o").write_text("nonsense")
+    assert main(G2oConfig(data=tmp_path, repeats=1)) == 2
+    assert "0.g2o:1: expected one of" in capsys.readouterr().err
