@@ -33,6 +33,7 @@ ROBUST: Mapping[str, str] = MappingProxyType(
 )
 ANCHOR_SIGMA = 1e-6  # m and rad
 TOLERANCE = 1e-10  # on the relative and absolute fall of the error
+MAX_ITERATIONS = 100  # of a search
 HUBER_KNEE = 1.345  # in sigmas, the customary one
 GNC_CONFIDENCE = 0.99  # share of good measurements that truncation keeps
 FULL_WEIGHT = 1.0 - 1e-6  # what has less was weighed down
@@ -123,6 +124,7 @@ def _optimiser(
     params = kind[method][0]()
     params.setRelativeErrorTol(TOLERANCE)
     params.setAbsoluteErrorTol(TOLERANCE)
+    params.setMaxIterations(MAX_ITERATIONS)
     return kind[method][1](factors, _values(rows), params)
 
 

@@ -1,0 +1,156 @@
+"""The command that optimises files: what it writes, what it refuses, and that its guards find outliers."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from graphs import between, compose, small
+
+from wifipgo import se3
+from wifipgo.graph.files import read_g2o, write_g2o
+from wifipgo.graph.keyed import PoseGraph, pose_graph
+from wifipgo.graph.optimise import Backend, Robust, main, optimise
+from wifipgo.graph.trajectories import read_tum
+
+
+def meeting_team(seed: int, *, dims: int, n_wrong: int = 0, poses: int = 12) -> tuple[np.ndarray, PoseGraph]:
+    """Truth and graph of two robots that go side by side and meet at each pose; some meetings are wrong."""
+    rng, freedom = np.random.default_rng(seed), 3 if dims == 3 else 6
+    sigma = np.full(freedom, 0.02)
+    step = np.zeros((1, freedom))
+    step[0, 0] = 1.0
+    truth = np.zeros((2, poses, dims))
+    start = np.zeros((2, freedom))
+    start[1, 1] = 2.0
+    truth[:, 0] = small(start)
+    for t in range(1, poses):
+        truth[:, t] = compose(
+            truth[:, t - 1], small(step + 0.1 * rng.normal(size=(2, freedom)) * (step == 0))
+        )
+    flat = truth.reshape(-1, dims)
+    row = np.arange(2 * poses).reshape(2, poses)
+    tail, head = np.append(row[:, :-1], row[0]), np.append(row[:, 1:], row[1])
+    z = compose(between(flat[tail], flat[head]), small(sigma * rng.normal(size=(len(tail), freedom))))
+    wrong = 2 * (poses - 1) + rng.choice(poses, n_wrong, replace=False)
+    z[wrong] = compose(
+        z[wrong], small(rng.choice([-1.0, 1.0], (n_wrong, freedom)) * rng.uniform(0.5, 1, (n_wrong, freedom)))
+    )
+    guess = flat.copy()
+    for t in range(1, poses):
+        for r in range(2):
+            edge = row[r, t] - r - 1
+            guess[row[r, t]] = compose(guess[row[r, t - 1]][None], z[edge][None])[0]
+    robot, index = np.indices((2, poses)).reshape(2, -1)
+    key = np.stack([robot, index], axis=-1)
+    information = np.tile(np.diag(1.0 / sigma**2), (len(tail), 1, 1))
+    graph = pose_graph(
+        robot=robot, index=index, poses=guess, tail=key[tail], head=key[head], z=z, information=information
+    )
+    return flat, graph
+
+
+@pytest.mark.parametrize("dims", [3, 7])
+@pytest.mark.parametrize("backend", ["gtsam", "distributed"])
+@pytest.mark.parametrize("robust", ["huber", "gnc", "pcm"])
+def test_guards_find_outliers(dims: int, backend: Backend, robust: Robust) -> None:
+    truth, graph = meeting_team(1, dims=dims, n_wrong=3)
+    _, clean = meeting_team(1, dims=dims)
+    wrong = (np.abs(graph.z - clean.z) > 0.3).any(axis=1)
+    assert wrong.sum() == 3
+    plain = optimise(graph, backend=backend, threshold=1e-4)
+    guarded = optimise(graph, backend=backend, robust=robust, threshold=1e-4)
+    assert guarded.converged
+    assert guarded.weight[wrong].max() < 0.2
+    if robust != "huber":
+        assert guarded.weight[~wrong].mean() > 0.95
+
+    def error(poses: np.ndarray) -> float:
+        return float(np.linalg.norm((poses - truth)[:, :2], axis=1).mean())
+
+    assert error(guarded.poses) < 0.7 * error(plain.poses)
+
+
+def test_it_writes_what_it_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _, graph = meeting_team(2, dims=7, n_wrong=2)
+    write_g2o(tmp_path / "in", graph)
+    out = tmp_path / "out"
+    main(tmp_path / "in", robust="gnc", out=out)
+    assert "error after" in capsys.readouterr().out
+    found = sorted(p.relative_to(out).as_posix() for p in out.rglob("*") if p.is_file())
+    per_robot = [f"{kind}/{r}" for kind in ("kitti", "optimised", "tum") for r in (0, 1)]
+    suffix = {"optimised": ".g2o", "kitti": ".txt", "tum": ".txt"}
+    names = [name + suffix[name.split("/")[0]] for name in per_robot]
+    assert found == sorted(["before_after.png", "report.json", *names])
+    again = read_g2o(out / "optimised").graph
+    stamps, poses = read_tum(out / "tum" / "1.txt")
+    np.testing.assert_allclose(poses, again.poses[again.robot == 1], atol=1e-12)
+    np.testing.assert_array_equal(stamps, again.index[again.robot == 1])
+    kitti = np.loadtxt(out / "kitti" / "1.txt").reshape(-1, 3, 4)
+    np.testing.assert_allclose(kitti[:, :, :3], se3.rotation_matrix(poses[:, 3:]), atol=1e-12)
+    report = json.loads((out / "report.json").read_text())
+    assert report["edges weighed down"] == len(report["weighed_down"]) >= 2
+    with pytest.raises(SystemExit, match="2"):
+        main(tmp_path / "in", out=out)
+    assert "--overwrite" in capsys.readouterr().err
+    main(tmp_path / "in", out=out, overwrite=True, backend="distributed")
+    assert json.loads((out / "report.json").read_text())["bytes sent"] > 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["in", "out"]
+
+
+def test_a_file_of_the_plane_with_a_lone_robot(tmp_path: Path) -> None:
+    _, graph = meeting_team(3, dims=3)
+    place = tmp_path / "team.g2o"
+    write_g2o(place, graph)
+    with place.open("a") as file:
+        file.write(f"VERTEX_SE2 {ord('d') << 56} 7 7 0\nFIX 0\n")
+    for backend in ("gtsam", "distributed"):
+        main(place, out=tmp_path / backend, lenient=True, backend=backend)
+        report = json.loads((tmp_path / backend / "report.json").read_text())
+        assert (report["components"], report["poses outside the largest"]) == (2, 1)
+        assert report["lines skipped"] == {"FIX": 1}
+        assert report["error after"] < 0.1 * report["error before"]
+        assert (tmp_path / backend / "optimised.g2o").is_file()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "expected at least one vertex"),
+        ("VERTEX_SE2 0 0 0", ":1: expected 1 key and 3 numbers"),
+        ("VERTEX_SE2 0 0 0 inf", ":1: expected finite numbers"),
+        (None, "must be a g2o file or a folder of them"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str | None, message: str
+) -> None:
+    place = tmp_path / "bad.g2o"
+    if text is not None:
+        place.write_text(text)
+    with pytest.raises(SystemExit, match="2"):
+        main(place, out=tmp_path / "out")
+    printed = capsys.readouterr().err
+    assert message in printed
+    assert len(printed.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_command_itself(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "wifipgo.graph.optimise", "nowhere", "--robust", "pcm"]
+    run = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert (run.returncode, run.stdout) == (2, "")
+    assert run.stderr == "optimise: path must be a g2o file or a folder of them, got 'nowhere'\n"
+
+
+def test_a_folder_of_something_else_is_not_touched(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _, graph = meeting_team(4, dims=3)
+    write_g2o(tmp_path / "team.g2o", graph)
+    with pytest.raises(SystemExit, match="2"):
+        main(tmp_path / "team.g2o", out=tmp_path, overwrite=True)
+    assert "new, empty or of an earlier run" in capsys.readouterr().err
+    assert (tmp_path / "team.g2o").is_file()

@@ -1,0 +1,160 @@
+"""Optimise a pose graph of several robots from its files, on the command line.
+
+::
+
+    python -m wifipgo.graph.optimise DIR_OR_FILE [--backend distributed] [--robust gnc] [--out DIR]
+"""
+
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Annotated, Literal, NamedTuple
+
+import numpy as np
+import tyro
+from jaxtyping import Float
+
+from wifipgo.graph.chordal import chordal_cost, links, matrices
+from wifipgo.graph.distributed import Channel, DistributedConfig, solve_distributed
+from wifipgo.graph.files import Reading, read_g2o
+from wifipgo.graph.keyed import PoseGraph
+from wifipgo.graph.parts import components
+from wifipgo.graph.pcm import consistent_edges
+from wifipgo.graph.residuals import chi_squares
+from wifipgo.graph.reweighted import solve_reweighted
+from wifipgo.graph.solvers.spatial import FULL_WEIGHT, MAX_ITERATIONS, solve_graph
+
+Backend = Literal["gtsam", "distributed"]
+Robust = Literal["none", "huber", "gnc", "pcm"]
+STEPS: Mapping[str, str] = MappingProxyType({"gtsam": "iterations", "distributed": "rounds"})
+
+
+class Outcome(NamedTuple):
+    """What an optimisation did. Errors are half the chi-square, as gtsam counts, costs are chordal.
+
+    Attributes:
+        poses: Optimised rows.
+        weight: What the robust method left of each measurement's information.
+        steps: Iterations of the search, or rounds of each stage.
+        converged: Whether it ended because there was nothing to gain.
+        bytes_sent: Between robots; none with one computer.
+        seconds: Without reading and writing.
+    """
+
+    poses: Float[np.ndarray, "poses dims"]
+    weight: Float[np.ndarray, " edges"]
+    steps: tuple[int, ...]
+    converged: bool
+    bytes_sent: int
+    seconds: float
+
+
+def optimise(
+    graph: PoseGraph, *, backend: Backend = "gtsam", robust: Robust = "none", threshold: float = 0.01
+) -> Outcome:
+    """Optimise a graph.
+
+    Args:
+        graph: Poses and measurements.
+        backend: One computer by gtsam, or the robots by themselves.
+        robust: What guards against outliers.
+        threshold: At which movement the robots stop, see `DistributedConfig`.
+    """
+    begin = time.perf_counter()
+    weight = np.ones(len(graph.tail))
+    if robust == "pcm":
+        weight = consistent_edges(graph).astype(np.float64)
+    loss = robust if robust in {"huber", "gnc"} else "none"
+    guarded = graph.with_weight(graph.weight * weight)
+    if backend == "gtsam":
+        poses, report = solve_graph(guarded, robust=loss)
+        for down in report.weighed_down:
+            weight[down.rows] = down.weight
+        done = report.iterations < MAX_ITERATIONS
+        return Outcome(poses, weight, (report.iterations,), done, 0, time.perf_counter() - begin)
+    channel, config = Channel(), DistributedConfig(threshold=threshold)
+    if loss == "none":
+        poses, told = solve_distributed(guarded, config=config, channel=channel)
+    else:
+        poses, told, weight = solve_reweighted(guarded, robust=loss, config=config, channel=channel)
+    seconds = time.perf_counter() - begin
+    return Outcome(poses, weight, told.rounds, told.converged, channel.bytes_sent, seconds)
+
+
+def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) -> dict[str, object]:
+    """What the table shows, by name; the errors are of the measurements as they were given."""
+    graph = reading.graph
+    part = components(graph)
+    edges = links(graph)
+    kept = graph.with_weight(graph.weight * outcome.weight)
+    return {
+        "backend": backend,
+        "robust": robust,
+        "robots": len(graph.robots),
+        "poses": len(graph.poses),
+        "edges": len(graph.tail),
+        "edges between robots": int(graph.between_robots.sum()),
+        "components": int(part.max()) + 1,
+        "poses outside the largest": len(part) - int(np.bincount(part).max()),
+        "error before": 0.5 * float(chi_squares(graph, graph.poses).sum()),
+        "error after": 0.5 * float(chi_squares(graph, outcome.poses).sum()),
+        "error after, weighed": 0.5 * float(chi_squares(kept, outcome.poses).sum()),
+        "chordal cost before": chordal_cost(matrices(graph.poses), edges),
+        "chordal cost after": chordal_cost(matrices(outcome.poses), edges),
+        "edges weighed down": int((outcome.weight < FULL_WEIGHT).sum()),
+        STEPS[backend]: sum(outcome.steps),
+        "bytes sent": outcome.bytes_sent,
+        "converged": outcome.converged,
+        "seconds": outcome.seconds,
+        "lines skipped": reading.skipped,
+    }
+
+
+def main(
+    path: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="DIR_OR_FILE")],
+    *,
+    backend: Backend = "gtsam",
+    robust: Robust = "none",
+    out: Path = Path("results/optimise"),
+    threshold: float = 0.01,
+    lenient: bool = False,
+    overwrite: bool = False,
+) -> None:
+    """Optimise a multi-robot pose graph in g2o files, in the plane or in space.
+
+    Prints a table and writes the optimised g2o, TUM and KITTI files of all robots, a
+    report.json with the table and the measurements that were weighed down, and a picture of
+    before and after. The folder appears whole or not at all. Exit code 2 and one line on stderr if the graph
+    cannot be read or the folder not be written; 1 if it did not converge.
+
+    Args:
+        path: A g2o file, or a folder with one file a robot: 0.g2o, 1.g2o, ...
+        backend: One computer by gtsam, or the robots by themselves (two-stage Gauss-Seidel).
+        robust: Guard against outliers, for all measurements but odometry.
+        out: Folder for the results.
+        threshold: Movement at which the robots stop, m and rad together.
+        lenient: Skip lines with unknown tags, and list them.
+        overwrite: Replace results that are in the folder.
+    """
+    from wifipgo.graph._optimise_report import Results, print_table  # noqa: PLC0415
+
+    try:
+        results = Results.claim(out, overwrite=overwrite)
+        reading = read_g2o(path, lenient=lenient)
+        outcome = optimise(reading.graph, backend=backend, robust=robust, threshold=threshold)
+        table = figures(reading, outcome, backend=backend, robust=robust)
+        results.publish(reading, outcome.poses, outcome.weight, table, single=path.is_file())
+    except (OSError, ValueError) as error:
+        print(f"optimise: {error}", file=sys.stderr)
+        raise SystemExit(2) from error
+    print_table(table, title=path.resolve().name)
+    print(f"results: {out}")
+    if not outcome.converged:
+        print("optimise: not converged, the poses are no optimum", file=sys.stderr)
+        raise SystemExit(1)
+
+
+if __name__ == "__main__":
+    tyro.cli(main, prog="python -m wifipgo.graph.optimise")
