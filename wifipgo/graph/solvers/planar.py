@@ -56,7 +56,8 @@ def solve(
         loss: Of every relative pose but odometry: a name in `LOSSES`.
         bearings: Directions in which robots heard each other, used where both ends take part, with
             Geman-McClure's loss. They enter after a first solve without them, and start from there:
-            a loss that lets go of what does not fit must not choose what it fits.
+            a loss that lets go of what does not fit must not choose what it fits. Two robots
+            of which one has most of its bearings of the other let go then do without (ours).
         start_sigma: How well first poses are known, (m, rad), for all robots or one row each.
 
     Returns:
@@ -75,15 +76,12 @@ def solve(
         told_sigma=told_sigma,
         start_sigma=start_sigma,
     )
-    heard = _heard(bearings, problem.first_key)
     found = _truncated(problem, edges) if loss == "gnc" else _plain(problem, edges, huber=loss == "huber")
-    if bearings is not None and len(heard):
-        add_bearings(found.graph, select_bearings(bearings, heard), problem.first_key)
-        found = optimise(found.graph, found.values)._replace(weight=found.weight)
-    solved = _put_back(poses, found.values, problem)
     down = _let_go(loss, problem, found)
-    if bearings is not None and len(heard):
-        down += _let_go_bearings(solved, bearings, heard)
+    solved = _put_back(poses, found.values, problem)
+    if bearings is not None:
+        solved, found, heard_down = _with_bearings(solved, found, bearings, problem)
+        down += heard_down
     used = len(problem.rows)
     chi2 = 2.0 * found.before, 2.0 * found.after
     return solved, Report(found.iterations, *chi2, used, len(edges) - used, down)
@@ -215,10 +213,41 @@ def _let_go(loss: str, problem: _Problem, found: Found) -> tuple[WeighedDown, ..
     return (WeighedDown(loss, problem.rows[low], weight[low]),) if low.any() else ()
 
 
-def _let_go_bearings(
-    solved: Float[np.ndarray, "robots times 3"], bearings: Bearings, heard: Int[np.ndarray, " heard"]
-) -> tuple[WeighedDown, ...]:
-    """Bearings so far off that they count less than a quarter."""
+def _with_bearings(
+    poses: Float[np.ndarray, "robots times 3"], first: Found, bearings: Bearings, problem: _Problem
+) -> tuple[Float[np.ndarray, "robots times 3"], Found, tuple[WeighedDown, ...]]:
+    """Add bearings to a first solution, and search on from there; again without pairs that disown theirs."""
+    heard = _heard(bearings, problem.first_key)
+    kept, solved, found = heard, poses, first
+    while len(kept):
+        graph = gtsam.NonlinearFactorGraph()
+        graph.push_back(first.graph)
+        add_bearings(graph, select_bearings(bearings, kept), problem.first_key)
+        found = optimise(graph, first.values)
+        solved = _put_back(poses, found.values, problem)
+        disowned = _disowned(solved, select_bearings(bearings, kept))
+        if not disowned.any():
+            break
+        kept, solved, found = kept[~disowned], poses, first
     off = bearing_residuals(solved, bearings)[heard] / bearings.sigma_rad[heard]
-    weight, low = geman_mcclure_weight(off), np.abs(off) > BEARING_C
-    return (WeighedDown("bearing", heard[low], weight[low]),) if low.any() else ()
+    weight = np.where(np.isin(heard, kept), geman_mcclure_weight(off), 0.0)
+    low = (np.abs(off) > BEARING_C) | (weight == 0.0)
+    return solved, found, (WeighedDown("bearing", heard[low], weight[low]),) if low.any() else ()
+
+
+def _disowned(
+    solved: Float[np.ndarray, "robots times 3"], bearings: Bearings
+) -> Bool[np.ndarray, " bearings"]:
+    """Bearings between robots of which one has most of its bearings of the other let go.
+
+    No loss can tell which half is right once most are wrong, and what blocks or bends the direct path
+    does so both ways: the few that fit on one side, or all on the other, then fit by chance.
+    """
+    fits = np.abs(bearing_residuals(solved, bearings)) <= BEARING_C * bearings.sigma_rad
+    ways, way = np.unique(
+        np.stack([bearings.observer[:, 0], bearings.target[:, 0]]), axis=1, return_inverse=True
+    )
+    most_fit = 2.0 * np.bincount(way, fits) >= np.bincount(way)
+    bad = {frozenset(pair) for pair in ways[:, ~most_fit].T.tolist()}
+    of_bad = np.array([frozenset(pair) in bad for pair in ways.T.tolist()], dtype=bool)
+    return of_bad[way]
