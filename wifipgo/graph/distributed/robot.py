@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.linalg import cho_factor, cho_solve
-from scipy.sparse import csc_array, csr_array
+from scipy.sparse import csc_array, csr_array, eye_array
 from scipy.sparse.linalg import splu
 
 from wifipgo.graph.chordal import (
@@ -183,7 +183,7 @@ def _factor(H: csr_array, ridge: float) -> Callable[[np.ndarray], np.ndarray]:
     """Solver of H + ridge I."""
     n = H.shape[0]
     if n > DENSE_UNKNOWNS:
-        return splu(csc_array(H) + ridge * csc_array(np.eye(n))).solve
+        return splu(csc_array(H) + ridge * eye_array(n, format="csc")).solve
     dense = H.toarray()
     dense[np.diag_indices(n)] += ridge
     factor = cho_factor(dense, check_finite=False)
