@@ -9,13 +9,16 @@ from data_dir import data_dir
 from graphs import between, compose, random_graph, small
 from scipy.stats import chi2
 
-from wifipgo import se3
+from wifipgo import se2, se3
 from wifipgo.errors import UnknownNameError
 from wifipgo.graph.chordal import chordal_cost, chordal_optimum, links, matrices, pose_rows, two_stage
+from wifipgo.graph.distributed import DistributedConfig, solve_distributed
 from wifipgo.graph.files import read_g2o
 from wifipgo.graph.keyed import PoseGraph, pose_graph
-from wifipgo.graph.parts import anchors, components, of_robots
+from wifipgo.graph.parts import anchors, components, from_team, of_robots
+from wifipgo.graph.posegraph import Edges
 from wifipgo.graph.residuals import chi_squares, tangent_errors
+from wifipgo.graph.solvers import solve_team
 from wifipgo.graph.solvers.spatial import METHODS, marginal_covariances, solve_graph
 
 SETS = ("example_4robots", "example_9robots", "example_16robots")
@@ -139,6 +142,28 @@ def test_separate_parts_are_solved_and_stay_where_they_begin() -> None:
         np.testing.assert_allclose(found[anchors(apart)], apart.poses[anchors(apart)], atol=1e-9)
     alone, _ = solve_graph(of_robots(graph, [1]))
     np.testing.assert_allclose(alone, found[graph.robot == 1], atol=1e-5)
+
+
+def test_a_team_with_known_starts_is_solved_as_by_the_planar_solver() -> None:
+    """Two ways to the same optimum: by rows and by robots."""
+    rng = np.random.default_rng(0)
+    truth = rng.uniform(-2.0, 2.0, (3, 6, 3))
+    own = [((r, t), (r, t + 1)) for r in range(3) for t in range(5)]
+    tail, head = np.array([*own, ((0, 2), (1, 2)), ((1, 4), (2, 3)), ((2, 5), (0, 4))]).transpose(1, 0, 2)
+    z = se2.between(truth[tail[:, 0], tail[:, 1]], truth[head[:, 0], head[:, 1]])
+    z = z + 0.02 * rng.normal(size=z.shape)
+    edges = Edges.measured(tail=tail, head=head, z=z, sigma=(0.02, 0.02), told=np.zeros_like(z))
+    graph = from_team(truth, edges)
+    first = np.array([0, 6, 12])
+    found, report = solve_graph(graph, fixed=first)
+    team, team_report = solve_team(truth, edges)
+    np.testing.assert_allclose(found, normal(team.reshape(-1, 3)), atol=1e-4)
+    assert report.chi2_after == pytest.approx(team_report.chi2_after, rel=1e-4)
+    config = DistributedConfig(threshold=1e-7, refinements=3)
+    by_robots, told = solve_distributed(graph, fixed=first, config=config)
+    assert told.converged
+    optimum = pose_rows(chordal_optimum(graph, matrices(found), first))
+    np.testing.assert_allclose(by_robots, optimum, atol=1e-4)
 
 
 @pytest.mark.parametrize("dims", [3, 7])

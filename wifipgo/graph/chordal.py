@@ -17,7 +17,7 @@ from scipy.sparse.linalg import splu
 
 from wifipgo import se3
 from wifipgo.graph.keyed import PoseGraph
-from wifipgo.graph.parts import anchors
+from wifipgo.graph.parts import held
 
 # Tangent directions of rotations in the plane and in space: exp(sum_k a_k G_k).
 GENERATORS = {2: np.array([[[0.0, -1.0], [1.0, 0.0]]]), 3: se3.cross_matrix(np.eye(3))}
@@ -156,18 +156,18 @@ def moved(R: Float[np.ndarray, "n d d"], x: Float[np.ndarray, "n k"]) -> Poses:
     return Poses(R @ turn, x[:, -d:])
 
 
-def two_stage(graph: PoseGraph, poses: Poses) -> Poses:
-    """Both linear problems solved at once by a centre that knows all; first poses of parts stay."""
-    edges, fixed = links(graph), anchors(graph)
-    Y = _solved(rotation_normal(edges), edges, np.swapaxes(poses.R, 1, 2), fixed)
-    return gauss_newton_step(edges, Poses(nearest_rotations(np.swapaxes(Y, 1, 2)), poses.t_m), fixed)
+def two_stage(graph: PoseGraph, poses: Poses, fixed: Int[np.ndarray, " fixed"] | None = None) -> Poses:
+    """Both linear problems, by a centre that knows all; first poses of parts and ``fixed`` ones stay."""
+    edges, rows = links(graph), held(graph, fixed)
+    Y = _solved(rotation_normal(edges), edges, np.swapaxes(poses.R, 1, 2), rows)
+    return gauss_newton_step(edges, Poses(nearest_rotations(np.swapaxes(Y, 1, 2)), poses.t_m), rows)
 
 
-def chordal_optimum(graph: PoseGraph, poses: Poses) -> Poses:
-    """Least F, by Gauss-Newton from a start near it; first poses of parts stay."""
-    edges, fixed = links(graph), anchors(graph)
+def chordal_optimum(graph: PoseGraph, poses: Poses, fixed: Int[np.ndarray, " fixed"] | None = None) -> Poses:
+    """Least F, by Gauss-Newton from a start near it; first poses of parts and ``fixed`` ones stay."""
+    edges, rows = links(graph), held(graph, fixed)
     for _ in range(MAX_STEPS):
-        last, poses = poses, gauss_newton_step(edges, poses, fixed)
+        last, poses = poses, gauss_newton_step(edges, poses, rows)
         if max(np.abs(poses.R - last.R).max(), np.abs(poses.t_m - last.t_m).max()) < STEP_SIZE:
             break
     return poses

@@ -73,6 +73,12 @@ def anchors(graph: PoseGraph) -> Int[np.ndarray, " components"]:
     return np.unique(components(graph), return_index=True)[1]
 
 
+def held(graph: PoseGraph, fixed: Int[np.ndarray, " fixed"] | None) -> Int[np.ndarray, " held"]:
+    """Rows of poses that stay: first poses of parts, and those that are known besides."""
+    first = anchors(graph)
+    return first if fixed is None else np.union1d(first, fixed)
+
+
 def from_team(poses: Float[np.ndarray, "robots times 3"], edges: Edges) -> PoseGraph:
     """The graph of a simulated team: pose ``times`` of every robot, and all measurements."""
     n_robots, times = poses.shape[:2]

@@ -6,13 +6,15 @@ from jaxtyping import Int
 from wifipgo.graph.chordal import Links, Poses, chosen, links
 from wifipgo.graph.distributed.robot import Knowledge, Robot
 from wifipgo.graph.keyed import PoseGraph
-from wifipgo.graph.parts import anchors
+from wifipgo.graph.parts import held
 
 
-def make_robots(graph: PoseGraph, start: Poses) -> list[Robot]:
-    """Robots of a graph in the order of their turns, each with its own part of it."""
-    edges, fixed = links(graph), anchors(graph)
-    return [Robot(_knowledge(graph, edges, start, fixed, number)) for number in turns(graph)]
+def make_robots(
+    graph: PoseGraph, start: Poses, fixed: Int[np.ndarray, " fixed"] | None = None
+) -> list[Robot]:
+    """Robots of a graph in the order of their turns, each with its own part of it; ``fixed`` poses stay."""
+    edges, rows = links(graph), held(graph, fixed)
+    return [Robot(_knowledge(graph, edges, start, rows, number)) for number in turns(graph)]
 
 
 def turns(graph: PoseGraph) -> list[int]:

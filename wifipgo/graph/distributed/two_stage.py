@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from wifipgo.graph.chordal import Poses, chordal_cost, links, matrices, pose_rows
 from wifipgo.graph.distributed.channel import Channel
@@ -48,6 +48,7 @@ def solve_distributed(
     graph: PoseGraph,
     start: Float[np.ndarray, "poses dims"] | None = None,
     *,
+    fixed: Int[np.ndarray, " fixed"] | None = None,
     config: DistributedConfig | None = None,
     channel: Channel | None = None,
 ) -> tuple[Float[np.ndarray, "poses dims"], DistributedReport]:
@@ -59,6 +60,7 @@ def solve_distributed(
     Args:
         graph: Poses and measurements; those of weight zero are dropped.
         start: Where the search starts; the graph's own poses if left out.
+        fixed: Rows of poses that are known and stay, besides the first of each part.
         config: How to iterate.
         channel: Carries the messages; lossless and without delay if left out.
 
@@ -68,7 +70,7 @@ def solve_distributed(
     """
     config, channel = config or DistributedConfig(), channel or Channel()
     begin = matrices(graph.poses if start is None else normalised(start))
-    robots = make_robots(graph, begin)
+    robots = make_robots(graph, begin, fixed)
     stages = list(_stages(robots, channel, config))
     by_number = sorted(robots, key=lambda robot: robot.number)
     found = Poses(*(np.concatenate(part) for part in zip(*(r.estimate for r in by_number), strict=True)))

@@ -16,7 +16,7 @@ from wifipgo import se3
 from wifipgo.errors import pick
 from wifipgo.graph.chordal import matrices, pose_rows, two_stage
 from wifipgo.graph.keyed import PoseGraph, normalised
-from wifipgo.graph.parts import anchors
+from wifipgo.graph.parts import held
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers.report import Report, WeighedDown
 
@@ -44,6 +44,7 @@ def solve_graph(
     graph: PoseGraph,
     start: Float[np.ndarray, "poses dims"] | None = None,
     *,
+    fixed: Int[np.ndarray, " fixed"] | None = None,
     method: str = "lm",
     initial: str = "given",
     robust: str = "none",
@@ -53,6 +54,7 @@ def solve_graph(
     Args:
         graph: Poses and measurements; those of weight zero are dropped.
         start: Where the search starts, the last optimum say; the graph's own poses if left out.
+        fixed: Rows of poses that are known and stay, besides the first of each part.
         method: One of `METHODS`.
         initial: One of `INITIAL`: what is made of the start before the search.
         robust: One of `ROBUST`, for all measurements but odometry, which is trusted.
@@ -68,12 +70,12 @@ def solve_graph(
     pick(ROBUST, robust, "robust loss")
     rows = graph.poses if start is None else normalised(start)
     if initial == "chordal":
-        rows = pose_rows(two_stage(graph, matrices(rows)))
+        rows = pose_rows(two_stage(graph, matrices(rows), fixed))
     weight = np.ones(len(graph.tail))
     if robust == "gnc":
-        rows, weight = _truncated(graph, rows)
+        rows, weight = _truncated(graph, rows, fixed)
     searched = graph.with_weight(graph.weight * weight)
-    rows, report = _search(searched, rows, method, huber=robust == "huber")
+    rows, report = _search(searched, rows, fixed, method, huber=robust == "huber")
     if robust == "huber":
         weight = _huber_weights(graph, rows)
     down = np.flatnonzero((weight < FULL_WEIGHT) & (graph.weight > 0.0))
@@ -84,6 +86,8 @@ def marginal_covariances(
     graph: PoseGraph,
     estimate: Float[np.ndarray, "poses dims"],
     rows: Int[np.ndarray, " wanted"] | None = None,
+    *,
+    fixed: Int[np.ndarray, " fixed"] | None = None,
 ) -> Float[np.ndarray, "wanted freedom freedom"]:
     """Covariance of poses, given all measurements, in each pose's own frame, translation first.
 
@@ -93,8 +97,9 @@ def marginal_covariances(
         graph: Poses and measurements.
         estimate: The optimum.
         rows: Poses asked for; all if left out.
+        fixed: Poses that are known besides.
     """
-    factors, _ = _factors(graph, estimate, huber=False)
+    factors, _ = _factors(graph, estimate, fixed, huber=False)
     marginals = gtsam.Marginals(factors, _values(estimate))
     order = np.argsort(_ORDER[graph.freedom])
     wanted = range(len(graph.poses)) if rows is None else rows.tolist()
@@ -103,10 +108,15 @@ def marginal_covariances(
 
 
 def _search(
-    graph: PoseGraph, rows: Float[np.ndarray, "poses dims"], method: str, *, huber: bool
+    graph: PoseGraph,
+    rows: Float[np.ndarray, "poses dims"],
+    fixed: Int[np.ndarray, " fixed"] | None,
+    method: str,
+    *,
+    huber: bool,
 ) -> tuple[Float[np.ndarray, "poses dims"], Report]:
     """One search from ``rows``."""
-    factors, used = _factors(graph, rows, huber=huber)
+    factors, used = _factors(graph, rows, fixed, huber=huber)
     optimiser = _optimiser(factors, rows, method)
     before = optimiser.error()
     found = _rows(optimiser.optimize(), graph.freedom)
@@ -129,10 +139,10 @@ def _optimiser(
 
 
 def _truncated(
-    graph: PoseGraph, rows: Float[np.ndarray, "poses dims"]
+    graph: PoseGraph, rows: Float[np.ndarray, "poses dims"], fixed: Int[np.ndarray, " fixed"] | None
 ) -> tuple[Float[np.ndarray, "poses dims"], Float[np.ndarray, " edges"]]:
     """Solution and weights of truncated squares; odometry and anchors keep their weight."""
-    factors, used = _factors(graph, rows, huber=False)
+    factors, used = _factors(graph, rows, fixed, huber=False)
     n_anchors = factors.size() - len(used)
     trusted = [*range(n_anchors), *(n_anchors + np.flatnonzero(graph.odometry[used])).tolist()]
     params = gtsam.GncLMParams()
@@ -154,7 +164,11 @@ def _huber_weights(graph: PoseGraph, rows: Float[np.ndarray, "poses dims"]) -> F
 
 
 def _factors(
-    graph: PoseGraph, rows: Float[np.ndarray, "poses dims"], *, huber: bool
+    graph: PoseGraph,
+    rows: Float[np.ndarray, "poses dims"],
+    fixed: Int[np.ndarray, " fixed"] | None,
+    *,
+    huber: bool,
 ) -> tuple[gtsam.NonlinearFactorGraph, Int[np.ndarray, " used"]]:
     """Anchors, then one factor for each measurement that counts, and which those are. Keys are rows."""
     factors, order = gtsam.NonlinearFactorGraph(), _ORDER[graph.freedom]
@@ -163,9 +177,9 @@ def _factors(
         if graph.freedom == 3
         else (gtsam.PriorFactorPose3, gtsam.BetweenFactorPose3)
     )
-    fixed = anchors(graph)
+    anchors = held(graph, fixed)
     rigid = gtsam.noiseModel.Isotropic.Sigma(graph.freedom, ANCHOR_SIGMA)
-    for row, pose in zip(fixed.tolist(), _gtsam_poses(rows[fixed]), strict=True):
+    for row, pose in zip(anchors.tolist(), _gtsam_poses(rows[anchors]), strict=True):
         factors.add(prior(row, pose, rigid))
     used = np.flatnonzero(graph.weight > 0.0)
     information = (graph.weight[used, None, None] * graph.information[used])[:, order][:, :, order]
