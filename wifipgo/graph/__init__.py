@@ -1,32 +1,52 @@
 """Graph wing: pose graphs, their solvers, outliers and metrics."""
 
 from wifipgo.graph.bearings import Bearings, extended_bearings
+from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport, solve_distributed
+from wifipgo.graph.files import read_g2o, write_g2o
+from wifipgo.graph.keyed import PoseGraph, pose_graph
 from wifipgo.graph.metrics import ERR_WEIGHTS, ate_rot, ate_trans, residual_error
 from wifipgo.graph.outliers import bearing, paper_weights
+from wifipgo.graph.parts import anchors, appended, components, from_team, of_robots
 from wifipgo.graph.posegraph import Edges, extended, retold, select
 from wifipgo.graph.robust import GUARDS, Guard, direction_weights, solve_guarded
 from wifipgo.graph.solvers import THIRD_PARTY, Report, WeighedDown, solve, solve_team
+from wifipgo.graph.solvers.spatial import marginal_covariances, solve_graph
 
 __all__ = [
     "ERR_WEIGHTS",
     "GUARDS",
     "THIRD_PARTY",
     "Bearings",
+    "Channel",
+    "DistributedConfig",
+    "DistributedReport",
     "Edges",
     "Guard",
+    "PoseGraph",
     "Report",
     "WeighedDown",
+    "anchors",
+    "appended",
     "ate_rot",
     "ate_trans",
     "bearing",
+    "components",
     "direction_weights",
     "extended",
     "extended_bearings",
+    "from_team",
+    "marginal_covariances",
+    "of_robots",
     "paper_weights",
+    "pose_graph",
+    "read_g2o",
     "residual_error",
     "retold",
     "select",
     "solve",
+    "solve_distributed",
+    "solve_graph",
     "solve_guarded",
     "solve_team",
+    "write_g2o",
 ]
