@@ -10,7 +10,7 @@ from wifipgo.graph.metrics import ate_rot, ate_trans
 from wifipgo.graph.posegraph import select
 from wifipgo.graph.robust import solve_guarded
 
-N_TRIALS = 25
+N_TRIALS = 20
 
 
 def errors(cfg: EncounterConfig, methods: tuple[str, ...]) -> np.ndarray:
@@ -37,7 +37,7 @@ def test_the_error_of_a_good_loop_is_chi_square() -> None:
     """One loop an encounter, through measurements of both robots and odometry of both."""
     cfg = EncounterConfig(odometry_scale=0.3, noise=0.2, sigma_r_rad=0.05)
     drawn = []
-    for seed in range(100):
+    for seed in range(80):
         e = simulate_encounter(cfg, rng=np.random.default_rng(seed))
         seen = select(e.edges, e.edges.between_robots)
         two = select(seen, np.array([1, 6]))
