@@ -138,6 +138,16 @@ def test_bad_input_is_one_line_and_exit_code_2(
     assert not (tmp_path / "out").exists()
 
 
+def test_residuals_too_large_to_square_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = tmp_path / "far.g2o"
+    place.write_text("VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1e160 0 0\nEDGE_SE2 0 1 1 0 0 1e9 0 0 1e9 0 1\n")
+    with pytest.raises(SystemExit, match="2"):
+        main(place, out=tmp_path / "out")
+    assert "error of the graph as given must be finite, got inf" in capsys.readouterr().err
+
+
 def test_the_command_itself(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "wifipgo.graph.optimise", "nowhere", "--robust", "pcm"]
     run = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)

@@ -16,6 +16,7 @@ import numpy as np
 import tyro
 from jaxtyping import Float
 
+from wifipgo.errors import require
 from wifipgo.graph.chordal import chordal_cost, links, matrices
 from wifipgo.graph.distributed import Channel, DistributedConfig, solve_distributed
 from wifipgo.graph.files import Reading, read_g2o
@@ -24,7 +25,7 @@ from wifipgo.graph.parts import components
 from wifipgo.graph.pcm import consistent_edges
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.reweighted import solve_reweighted
-from wifipgo.graph.solvers.spatial import FULL_WEIGHT, MAX_ITERATIONS, solve_graph
+from wifipgo.graph.solvers.spatial import FULL_WEIGHT, at_minimum, solve_graph
 
 Backend = Literal["gtsam", "distributed"]
 Robust = Literal["none", "huber", "gnc", "pcm"]
@@ -61,7 +62,13 @@ def optimise(
         backend: One computer by gtsam, or the robots by themselves.
         robust: What guards against outliers.
         threshold: At which movement the robots stop, see `DistributedConfig`.
+
+    Raises:
+        ValueError: Coordinates or information are so large that their products are no numbers.
     """
+    with np.errstate(over="ignore", invalid="ignore"):
+        error = float(chi_squares(graph, graph.poses).sum())
+    require(bool(np.isfinite(error)), "error of the graph as given", "finite", error)
     begin = time.perf_counter()
     weight = np.ones(len(graph.tail))
     if robust == "pcm":
@@ -72,7 +79,7 @@ def optimise(
         poses, report = solve_graph(guarded, robust=loss)
         for down in report.weighed_down:
             weight[down.rows] = down.weight
-        done = report.iterations < MAX_ITERATIONS
+        done = at_minimum(graph.with_weight(graph.weight * weight), poses)
         return Outcome(poses, weight, (report.iterations,), done, 0, time.perf_counter() - begin)
     channel, config = Channel(), DistributedConfig(threshold=threshold)
     if loss == "none":
@@ -146,8 +153,8 @@ def main(
         outcome = optimise(reading.graph, backend=backend, robust=robust, threshold=threshold)
         table = figures(reading, outcome, backend=backend, robust=robust)
         results.publish(reading, outcome.poses, outcome.weight, table, single=path.is_file())
-    except (OSError, ValueError) as error:
-        print(f"optimise: {error}", file=sys.stderr)
+    except (OSError, ValueError, RuntimeError) as error:
+        print(f"optimise: {str(error).strip().splitlines()[0]}", file=sys.stderr)
         raise SystemExit(2) from error
     print_table(table, title=path.resolve().name)
     print(f"results: {out}")

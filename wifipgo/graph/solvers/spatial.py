@@ -33,6 +33,7 @@ ROBUST: Mapping[str, str] = MappingProxyType(
 )
 ANCHOR_SIGMA = 1e-6  # m and rad
 TOLERANCE = 1e-10  # on the relative and absolute fall of the error
+STATIONARY = 1e-6  # gain of one more step, as a share of the error, that counts as none
 MAX_ITERATIONS = 100  # of a search
 HUBER_KNEE = 1.345  # in sigmas, the customary one
 GNC_CONFIDENCE = 0.99  # share of good measurements that truncation keeps
@@ -105,6 +106,22 @@ def marginal_covariances(
     wanted = range(len(graph.poses)) if rows is None else rows.tolist()
     found = np.array([marginals.marginalCovariance(row) for row in wanted])
     return found.reshape(-1, graph.freedom, graph.freedom)[:, order][:, :, order]
+
+
+def at_minimum(graph: PoseGraph, estimate: Float[np.ndarray, "poses dims"]) -> bool:
+    """Whether one more step would gain nothing: a search may also end because it cannot go on.
+
+    Args:
+        graph: Poses and measurements, under the weights that a robust loss ended with.
+        estimate: Where the search ended.
+    """
+    factors, _ = _factors(graph, estimate, None, huber=False)
+    values = _values(estimate)
+    here = factors.error(values)
+    if not np.isfinite(here):
+        return False
+    linear = factors.linearize(values)
+    return bool(here - linear.error(linear.optimize()) <= STATIONARY * (1.0 + here))
 
 
 def _search(
