@@ -23,8 +23,8 @@ def same(a: PoseGraph, b: PoseGraph, atol: float = 1e-15) -> None:
         np.testing.assert_allclose(getattr(a, f.name), getattr(b, f.name), atol=atol, err_msg=f.name)
 
 
-@settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(seed=st.integers(0, 10**6), dims=st.sampled_from([3, 7]), robots=st.sampled_from([1, 2, 30]))
+@settings(max_examples=8, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(seed=st.integers(0, 10**6), dims=st.sampled_from([3, 7]), robots=st.sampled_from([1, 3, 28]))
 def test_what_was_written_is_read(tmp_path: Path, seed: int, dims: int, robots: int) -> None:
     _, graph = random_graph(seed, dims=dims, robots=robots)
     graph = graph.with_weight(np.ones(len(graph.tail)))
