@@ -3,8 +3,8 @@
 Run: ``python benchmarks/multi_robot_g2o.py --data DIR [--json FILE]``. DIR holds one folder a
 data set, with one g2o file a robot. Where DIR also has a ``reference.json`` of format
 g2o-reference/1, its figures stand beside ours. Times are of one core and include the building of
-the problem. "distributed_two_stage" is the method as published; "distributed" is ours, with the second stage
-once more.
+the problem. "two stages" (``distributed_two_stage`` in the file) is the method as published; "refined"
+(``distributed``) is ours, with the second stage once more.
 """
 
 import os
@@ -35,6 +35,7 @@ from wifipgo.graph.solvers.spatial import solve_graph
 
 THRESHOLDS = (0.1, 0.01)
 METHODS = {"distributed": 1, "distributed_two_stage": 0}  # name: refinements
+SHORT = {"distributed": "refined", "distributed_two_stage": "two stages"}
 ROUNDS = ("rounds_rotation", "rounds_pose", "rounds_refinement")
 
 
@@ -153,7 +154,7 @@ def show(results: dict[str, Any], reference: dict[str, Any], console: Console) -
 
 def distributed_table(results: dict[str, Any], reference: dict[str, Any]) -> Table:
     """Distributed costs, rounds, bytes and times, the reference's below."""
-    table = Table(title="robots by themselves")
+    table = Table(title="robots by themselves", pad_edge=False)
     for column in ("data set", "method", "threshold", "rounds", "gap %", "kB", "s"):
         left = column in {"data set", "method"}
         table.add_column(column, justify="left" if left else "right", no_wrap=left)
@@ -162,11 +163,11 @@ def distributed_table(results: dict[str, Any], reference: dict[str, Any]) -> Tab
             rows = {method: r[method][threshold] for method in METHODS}
             known = reference.get(name, {}).get("distributed", {}).get(threshold)
             for method, row in (rows | ({"reference": known} if known else {})).items():
-                rounds = " + ".join(str(row[key]) for key in ROUNDS if key in row)
+                rounds = "+".join(str(row[key]) for key in ROUNDS if key in row)
                 gap = f"{100.0 * row['gap_to_chordal_optimum']:.2f}"
                 seconds = f"{row['seconds']:.3f}" if "seconds" in row else ""
                 kb = f"{row['bytes_sent'] / 1e3:.0f}"
-                table.add_row(name, method.replace("_", " "), threshold, rounds, gap, kb, seconds)
+                table.add_row(name, SHORT.get(method, method), threshold, rounds, gap, kb, seconds)
     return table
 
 
