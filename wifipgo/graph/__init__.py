@@ -9,7 +9,7 @@ from wifipgo.graph.outliers import bearing, paper_weights
 from wifipgo.graph.parts import anchors, appended, components, from_team, of_robots
 from wifipgo.graph.posegraph import Edges, extended, retold, select
 from wifipgo.graph.robust import GUARDS, Guard, direction_weights, solve_guarded
-from wifipgo.graph.solvers import THIRD_PARTY, Report, WeighedDown, solve, solve_team
+from wifipgo.graph.solvers import THIRD_PARTY, Report, WeighedDown, end_covariances, solve, solve_team
 from wifipgo.graph.solvers.spatial import marginal_covariances, solve_graph
 
 __all__ = [
@@ -32,6 +32,7 @@ __all__ = [
     "bearing",
     "components",
     "direction_weights",
+    "end_covariances",
     "extended",
     "extended_bearings",
     "from_team",

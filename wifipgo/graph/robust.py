@@ -95,6 +95,7 @@ def solve_guarded(
     outliers: str | Guard = "bearing",
     third_party: str = "fixed_told",
     start_sigma: Float[np.ndarray, "#robots 2"] | tuple[float, float] = KNOWN_START,
+    covariances: bool = False,
 ) -> tuple[Float[np.ndarray, "robots times 3"], Report]:
     """Solve (Eq. 3) under an outlier method.
 
@@ -107,6 +108,7 @@ def solve_guarded(
         outliers: A name in `GUARDS`, or a combination of one's own.
         third_party: What an edge to a robot outside does.
         start_sigma: How well first poses are known.
+        covariances: Whether the report has those of the last poses.
 
     Returns:
         New poses, and the report, which names the rows that the gate or the loss weighed down.
@@ -124,6 +126,7 @@ def solve_guarded(
         loss=guard.loss,
         bearings=bearings if guard.bearings else None,
         start_sigma=start_sigma,
+        covariances=covariances,
     )
     low = np.flatnonzero(weight < 1.0)
     gated = (WeighedDown(guard.gate, low, weight[low]),) if len(low) else ()

@@ -1,7 +1,9 @@
 """Solvers of pose graphs. The only folder that imports gtsam, whose objects never leave it."""
 
 from wifipgo.graph.solvers._losses import LOSSES
-from wifipgo.graph.solvers.planar import KNOWN_START, THIRD_PARTY, UNKNOWN_START, solve, solve_team
+from wifipgo.graph.solvers._problem import KNOWN_START, THIRD_PARTY, UNKNOWN_START
+from wifipgo.graph.solvers.ends import end_covariances
+from wifipgo.graph.solvers.planar import solve, solve_team
 from wifipgo.graph.solvers.report import Report, WeighedDown
 
 __all__ = [
@@ -11,6 +13,7 @@ __all__ = [
     "UNKNOWN_START",
     "Report",
     "WeighedDown",
+    "end_covariances",
     "solve",
     "solve_team",
 ]

@@ -1,31 +1,22 @@
 """Maximum-likelihood poses in the plane (paper Eq. 3) by Levenberg-Marquardt."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from types import MappingProxyType
-from typing import NamedTuple
 
 import gtsam
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.errors import pick, require
+from wifipgo.errors import pick
 from wifipgo.graph.bearings import Bearings, bearing_residuals, select_bearings
-from wifipgo.graph.posegraph import Edges, select
-from wifipgo.graph.solvers._factors import add_anchors, add_bearings, add_between, add_told
+from wifipgo.graph.posegraph import Edges
+from wifipgo.graph.solvers._factors import add_bearings
 from wifipgo.graph.solvers._losses import BEARING_C, LOSSES, geman_mcclure_weight, huber_weight
+from wifipgo.graph.solvers._problem import ANCHOR_SIGMA, KNOWN_START, TOLD_SIGMA, Problem, build, posed
 from wifipgo.graph.solvers._search import Found, as_values, optimise, truncate
+from wifipgo.graph.solvers.ends import ends_of
 from wifipgo.graph.solvers.report import Report, WeighedDown
 
-# What an edge to a robot outside the solve does: whether it holds its tail to the pose that was told.
-THIRD_PARTY: Mapping[str, bool] = MappingProxyType({"fixed_told": True, "ignore": False})
-ANCHOR_SIGMA = 1e-5  # of first poses, m and rad: far below any sensor, and 1 / sigma^2 still well conditioned
-KNOWN_START = (ANCHOR_SIGMA, ANCHOR_SIGMA)
-UNKNOWN_START = (
-    100.0,
-    10.0,
-)  # m, rad: pulls next to nothing, and nothing floats
-TOLD_SIGMA = (0.6, 0.2)  # m, rad: least error over random walks of 4 and 10 robots, of 0.001 to 1.5 m
 LEAST_WEIGHT = 1e-8  # of what GNC lets go: nothing, and no pose floats
 
 
@@ -39,6 +30,7 @@ def solve(
     loss: str = "none",
     bearings: Bearings | None = None,
     start_sigma: Float[np.ndarray, "#robots 2"] | tuple[float, float] = KNOWN_START,
+    covariances: bool = False,
 ) -> tuple[Float[np.ndarray, "robots times 3"], Report]:
     """Poses of some robots that make their shared measurements most likely (paper Eq. 3).
 
@@ -59,6 +51,7 @@ def solve(
             a loss that lets go of what does not fit must not choose what it fits. Two robots
             of which one has most of its bearings of the other let go then do without (ours).
         start_sigma: How well first poses are known, (m, rad), for all robots or one row each.
+        covariances: Whether the report has those of the last poses; see `wifipgo.graph.end_covariances`.
 
     Returns:
         New poses, those of other robots unchanged, and the report.
@@ -68,7 +61,7 @@ def solve(
             pose other than a first has no measurement.
     """
     pick(LOSSES, loss, "loss")
-    problem = _posed(
+    problem = posed(
         poses,
         edges,
         robots=robots,
@@ -84,7 +77,8 @@ def solve(
         down += heard_down
     used = len(problem.rows)
     chi2 = 2.0 * found.before, 2.0 * found.after
-    return solved, Report(found.iterations, *chi2, used, len(edges) - used, down)
+    ends = ends_of(found.graph, found.values, problem, robots) if covariances else None
+    return solved, Report(found.iterations, *chi2, used, len(edges) - used, down, ends)
 
 
 def solve_team(
@@ -92,62 +86,6 @@ def solve_team(
 ) -> tuple[Float[np.ndarray, "robots times 3"], Report]:
     """Solve for all robots at once: what a central computer that hears everything would do."""
     return solve(poses, edges, robots=range(len(poses)))
-
-
-class _Problem(NamedTuple):
-    """Who takes part, with which of the measurements."""
-
-    team: list[int]
-    first_key: Int[np.ndarray, " robots"]
-    start: Float[np.ndarray, "poses 3"]
-    start_sigma: Float[np.ndarray, "team 2"]
-    inner: Int[np.ndarray, " inner"]
-    outer: Int[np.ndarray, " outer"]
-    told_sigma: Float[np.ndarray, "outer 2"]
-    doubted: Bool[np.ndarray, " rows"]
-
-    @property
-    def rows(self) -> Int[np.ndarray, " rows"]:
-        """Edges in the order of their factors, which come after those that hold the first poses."""
-        return np.concatenate([self.inner, self.outer])
-
-
-def _posed(
-    poses: Float[np.ndarray, "robots times 3"],
-    edges: Edges,
-    *,
-    robots: Sequence[int],
-    third_party: str,
-    told_sigma: Float[np.ndarray, "#edges 2"] | tuple[float, float],
-    start_sigma: Float[np.ndarray, "#robots 2"] | tuple[float, float],
-) -> _Problem:
-    """Check who takes part and sort out what they use."""
-    team = sorted(robots)
-    require(len(set(team)) == len(team) > 0, "robots", "one or more, each once", robots)
-    first_key = np.full(len(poses), -1)
-    first_key[team] = np.arange(len(team)) * poses.shape[1]
-    inner, outer = _split(edges, first_key, told=pick(THIRD_PARTY, third_party, "third-party option"))
-    told = np.broadcast_to(np.asarray(told_sigma, dtype=np.float64), (len(edges), 2))
-    known = np.broadcast_to(np.asarray(start_sigma, dtype=np.float64), (len(poses), 2))
-    doubted = ~odometry(edges)[np.concatenate([inner, outer])]
-    start = poses[team].reshape(-1, 3)
-    return _Problem(team, first_key, start, known[team], inner, outer, told[outer], doubted)
-
-
-def odometry(edges: Edges) -> Bool[np.ndarray, " edges"]:
-    """Which measurements are of a robot's next pose: trusted by every outlier method."""
-    return ~edges.between_robots & (edges.head[:, 1] == edges.tail[:, 1] + 1)
-
-
-def _split(
-    edges: Edges, first_key: Int[np.ndarray, " robots"], *, told: bool
-) -> tuple[Int[np.ndarray, " inner"], Int[np.ndarray, " outer"]]:
-    """Rows between participants, and rows to outsiders (none unless ``told``), sorted by tail, head and z."""
-    ours = np.flatnonzero((first_key[edges.tail[:, 0]] >= 0) & (edges.weight > 0.0))
-    columns = (*edges.tail[ours].T, *edges.head[ours].T, *edges.z[ours].T)
-    ours = ours[np.lexsort(columns[::-1])]  # gtsam repeats itself to the bit only for one order of edges
-    inside = first_key[edges.head[ours, 0]] >= 0
-    return ours[inside], ours[~inside & told]
 
 
 def _heard(bearings: Bearings | None, first_key: Int[np.ndarray, " robots"]) -> Int[np.ndarray, " heard"]:
@@ -160,35 +98,24 @@ def _heard(bearings: Bearings | None, first_key: Int[np.ndarray, " robots"]) -> 
     return ours[np.lexsort(columns[::-1])]
 
 
-def _graph(problem: _Problem, edges: Edges, *, huber: bool) -> gtsam.NonlinearFactorGraph:
-    """What the participants know of each other's relative poses."""
-    graph, key = gtsam.NonlinearFactorGraph(), problem.first_key
-    add_anchors(graph, problem.start, problem.start_sigma)
-    add_between(graph, select(edges, problem.inner), key, problem.doubted[: len(problem.inner)] & huber)
-    add_told(graph, select(edges, problem.outer), problem.told_sigma, key, doubted=huber)
-    n_loose = len(problem.start) - len(graph.keyVector())
-    require(n_loose == 0, "poses without any measurement", "none", n_loose)
-    return graph
-
-
-def _plain(problem: _Problem, edges: Edges, *, huber: bool) -> Found:
+def _plain(problem: Problem, edges: Edges, *, huber: bool) -> Found:
     """One search with squares, or with Huber's loss on what is doubted."""
-    return optimise(_graph(problem, edges, huber=huber), as_values(problem.start))
+    return optimise(build(problem, edges, huber=huber), as_values(problem.start))
 
 
-def _truncated(problem: _Problem, edges: Edges) -> Found:
+def _truncated(problem: Problem, edges: Edges) -> Found:
     """Weights by GNC, then a search under these weights."""
-    graph, n_anchors = _graph(problem, edges, huber=False), len(problem.team)
+    graph, n_anchors = build(problem, edges, huber=False), len(problem.team)
     trusted = np.append(np.arange(n_anchors), n_anchors + np.flatnonzero(~problem.doubted))
     values, weights = truncate(graph, as_values(problem.start), trusted=trusted.tolist())
     weight = edges.weight.copy()
     weight[problem.rows] *= np.maximum(weights[n_anchors:], LEAST_WEIGHT)
-    found = optimise(_graph(problem, replace(edges, weight=weight), huber=False), values)
+    found = optimise(build(problem, replace(edges, weight=weight), huber=False), values)
     return found._replace(weight=weights[n_anchors:])
 
 
 def _put_back(
-    poses: Float[np.ndarray, "robots times 3"], values: gtsam.Values, problem: _Problem
+    poses: Float[np.ndarray, "robots times 3"], values: gtsam.Values, problem: Problem
 ) -> Float[np.ndarray, "robots times 3"]:
     """All robots' poses with those found; a known first pose stays to the bit."""
     found = gtsam.utilities.extractPose2(values).reshape(len(problem.team), poses.shape[1], 3)
@@ -199,7 +126,7 @@ def _put_back(
     return solved
 
 
-def _let_go(loss: str, problem: _Problem, found: Found) -> tuple[WeighedDown, ...]:
+def _let_go(loss: str, problem: Problem, found: Found) -> tuple[WeighedDown, ...]:
     """Edges that the loss weighs less than squares would."""
     if loss == "none":
         return ()
@@ -214,7 +141,7 @@ def _let_go(loss: str, problem: _Problem, found: Found) -> tuple[WeighedDown, ..
 
 
 def _with_bearings(
-    poses: Float[np.ndarray, "robots times 3"], first: Found, bearings: Bearings, problem: _Problem
+    poses: Float[np.ndarray, "robots times 3"], first: Found, bearings: Bearings, problem: Problem
 ) -> tuple[Float[np.ndarray, "robots times 3"], Found, tuple[WeighedDown, ...]]:
     """Add bearings to a first solution, and search on from there; again without pairs that disown theirs."""
     heard = _heard(bearings, problem.first_key)

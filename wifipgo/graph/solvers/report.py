@@ -24,7 +24,8 @@ class Report(NamedTuple):
     """What a solve did. A chi-square is the sum of squared residuals over sigma (twice gtsam's error).
 
     Where a loss stands in for the square, the chi-square has twice the loss; with GNC, the
-    squares times their last weights. Before is where the last search began.
+    squares times their last weights. Before is where the last search began. Covariances of last
+    poses, along the axes of the world, are there where they were asked for, in the order of the robots.
     """
 
     iterations: int
@@ -33,3 +34,4 @@ class Report(NamedTuple):
     n_used: int
     n_dropped: int
     weighed_down: tuple[WeighedDown, ...] = ()
+    end_covariances: Float[np.ndarray, "team 3 3"] | None = None

@@ -1,0 +1,69 @@
+"""How well robots know where they are: covariances of their last poses (inverse information of Eq. 3)."""
+
+from collections.abc import Sequence
+
+import gtsam
+import numpy as np
+from jaxtyping import Float
+
+from wifipgo.graph.posegraph import Edges
+from wifipgo.graph.solvers._problem import KNOWN_START, TOLD_SIGMA, Problem, build, posed
+from wifipgo.graph.solvers._search import as_values
+
+
+def end_covariances(
+    poses: Float[np.ndarray, "robots times 3"],
+    edges: Edges,
+    *,
+    robots: Sequence[int],
+    third_party: str = "fixed_told",
+    told_sigma: Float[np.ndarray, "#edges 2"] | tuple[float, float] = TOLD_SIGMA,
+    start_sigma: Float[np.ndarray, "#robots 2"] | tuple[float, float] = KNOWN_START,
+) -> Float[np.ndarray, "team 3 3"]:
+    """Covariance of the last pose of each participant, given what they measured and were told.
+
+    It is the block of the inverse of the information matrix of all their poses, linearised at
+    ``poses``: the optimum, normally. All squares; `wifipgo.graph.solve` with ``covariances``
+    gives them under a loss and with bearings, without building the problem again.
+
+    Args:
+        poses: Estimates, world frame.
+        edges: See `wifipgo.graph.solve`, as for all that is not named here.
+        robots: Who takes part.
+        third_party: What an edge to a robot outside does.
+        told_sigma: Uncertainty of told poses.
+        start_sigma: How well first poses are known.
+
+    Returns:
+        One matrix a participant, in the order of ``robots``, over ``(x_m, y_m, yaw_rad)`` along the axes
+        of the world: the upper left block is the covariance of the position, m^2.
+
+    Raises:
+        ValueError: As `wifipgo.graph.solve`.
+    """
+    problem = posed(
+        poses,
+        edges,
+        robots=robots,
+        third_party=third_party,
+        told_sigma=told_sigma,
+        start_sigma=start_sigma,
+    )
+    graph = build(problem, edges, huber=False)
+    return ends_of(graph, as_values(problem.start), problem, robots)
+
+
+def ends_of(
+    graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, problem: Problem, robots: Sequence[int]
+) -> Float[np.ndarray, "team 3 3"]:
+    """Covariances of last poses, from the axes of each pose, where gtsam has them, to the world's."""
+    n_times = len(problem.start) // len(problem.team)
+    last = [int(problem.first_key[robot]) + n_times - 1 for robot in robots]
+    marginals = gtsam.Marginals(graph, values)
+    own_axes = np.array([marginals.marginalCovariance(key) for key in last])
+    yaw_rad = np.array([values.atPose2(key).theta() for key in last])
+    turn = np.zeros((len(last), 3, 3))
+    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(yaw_rad)
+    turn[:, 1, 0] = np.sin(yaw_rad)
+    turn[:, 0, 1], turn[:, 2, 2] = -turn[:, 1, 0], 1.0
+    return turn @ own_axes @ turn.transpose(0, 2, 1)
