@@ -40,7 +40,9 @@ class EvaluateConfig:
         out: Folder of the results. It appears when all is done; until then see OUT.partial.
         overwrite: Replace results that are there, once the new ones are complete.
         resume: Continue an interrupted run with the same settings.
-        jobs: Processes; 0: as many as there are cores. Results do not depend on it.
+        jobs: Episodes at once; 0: as many as there are cores. Results do not depend on it.
+        executor: Where episodes run: process, serial (in this process) or ray. Results do not depend on it.
+        ray_address: Existing Ray cluster; without one, ray starts here.
         config: Take scenario, policies, trials and seed from the config.json of another evaluation;
             what else is on the command line wins.
     """
@@ -54,6 +56,8 @@ class EvaluateConfig:
     overwrite: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     resume: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     jobs: int = 0
+    executor: str = "process"
+    ray_address: str = ""
     config: Path | None = None
 
 

@@ -12,11 +12,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from baselines import _results
 from baselines._config import EvaluateConfig, command_of, parsed, plan_of
 from baselines._episodes import Episode, run_episode, trial_seed
+from baselines._executors import Executor
 from baselines._plan import Plan
 from baselines._report import announce, report, say
 from baselines._statistics import Estimate, Paired, Summary, summarise
-from baselines._workers import Task, cores, run_all
-from wifipgo.errors import require
+from baselines._workers import Task, run_all
 
 __all__ = [
     "Episode",
@@ -58,32 +58,32 @@ def evaluate(config: EvaluateConfig, *, console: Console | None = None) -> Summa
         EpisodesFailedError: Some episodes raised; the others are kept for ``resume``.
     """
     console = console or Console(quiet=True)
-    plan, out, jobs = plan_of(config), config.out.resolve(), config.jobs or cores()
-    require(jobs >= 1, "jobs", ">= 0", config.jobs)
+    executor = Executor(name=config.executor, jobs=config.jobs, ray_address=config.ray_address)
+    plan, out = plan_of(config), config.out.resolve()
     record = plan.record() | {"command": command_of(config)}
     if config.resume and _results.is_complete(out) and not _results.partial_of(out).exists():
         _results.refuse_other(out / "config.json", record, "the results there are of other settings")
         summary = summarise(pd.read_parquet(out / "episodes.parquet"), plan)
     else:
         partial = _results.claim(out, record, overwrite=config.overwrite, resume=config.resume)
-        _run_missing(plan, partial, jobs=jobs, console=console)
+        _run_missing(plan, partial, executor=executor, console=console)
         summary = _publish(plan, partial, out, record)
     report(summary, plan, out=str(config.out), console=console)
     return summary
 
 
-def _run_missing(plan: Plan, partial: Path, *, jobs: int, console: Console) -> None:
+def _run_missing(plan: Plan, partial: Path, *, executor: Executor, console: Console) -> None:
     """Run the episodes that are not there yet.
 
     Raises:
         EpisodesFailedError: Some raised; their traces are in ``failures.txt``.
     """
     tasks = [task for task in _tasks(plan, partial) if not _results.is_done(task.path)]
-    announce(plan, jobs=min(jobs, max(len(tasks), 1)), n_left=len(tasks), console=console)
+    announce(plan, jobs=executor.slots(len(tasks)), n_left=len(tasks), console=console)
     columns = (TextColumn("episodes"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True, quiet=console.quiet)) as progress:
         bar = progress.add_task("", total=len(tasks))
-        failures = run_all(tasks, jobs=jobs, on_done=lambda: progress.advance(bar))
+        failures = run_all(tasks, executor=executor, on_done=lambda: progress.advance(bar))
     if failures:
         (partial / "failures.txt").write_text("\n".join(f.trace for f in failures), encoding="utf-8")
         raise EpisodesFailedError([failure.line for failure in failures], partial)

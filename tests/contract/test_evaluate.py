@@ -12,7 +12,7 @@ import pytest
 
 from baselines import _workers, evaluate
 from baselines._results import FILES, partial_of
-from baselines.evaluate import EpisodesFailedError, EvaluateConfig, main, run_episode
+from baselines.evaluate import Episode, EpisodesFailedError, EvaluateConfig, main, run_episode
 from baselines.policies import make_policy
 from wifipgo.scenarios import scenario_named
 
@@ -42,10 +42,10 @@ def fail_at(monkeypatch: pytest.MonkeyPatch, trial: int, policy: str, problem: B
     """Make one episode raise."""
     real = _workers.carry_out
 
-    def carry_out(task: _workers.Task) -> None:
+    def carry_out(task: _workers.Task) -> Episode:
         if (task.trial, task.policy) == (trial, policy):
             raise problem
-        real(task)
+        return real(task)
 
     monkeypatch.setattr(_workers, "carry_out", carry_out)
 
@@ -189,6 +189,8 @@ def test_a_folder_that_is_no_evaluation_is_never_replaced(tmp_path: Path) -> Non
         (["--set", "size_m=-1"], "ArenaConfig.size_m must be > 0, got -1.0"),
         (["--seed", "-1"], "seed must be >= 0"),
         (["--jobs", "-1"], "jobs must be >= 0"),
+        (["--executor", "slurm"], "unknown executor 'slurm'; known: process, ray, serial"),
+        (["--ray-address", "auto"], "ray-address must be given with --executor ray only"),
         (["--config", "missing.json"], "missing.json: No such file"),
     ],
 )
