@@ -8,9 +8,10 @@ from typing import Annotated
 
 import tyro
 
-from baselines._plan import Plan, read_record, scenario_from
-from baselines._specs import key_value
-from wifipgo.scenarios import Scenario, scenario_named
+from baselines._plan import Plan, read_record
+from wifipgo.scenario_files import SUFFIX
+from wifipgo.scenarios import Scenario, scenario_from, scenario_named
+from wifipgo.settings import key_value
 
 _SCENARIO = tyro.constructors.PrimitiveConstructorSpec[str | Scenario](
     nargs=1,
@@ -32,7 +33,8 @@ class EvaluateConfig:
     --policies active,random,active:err_threshold=0.5 --trials 20 --set n_obstacles=6 --out results/boxes
 
     Attributes:
-        scenario: Scenario to play, e.g. paper-hw-2; an unknown one lists those that exist.
+        scenario: Scenario to play, e.g. paper-hw-2, or a file, e.g. room.toml; an unknown one lists those
+            that exist.
         policies: Policies, separated by commas; parameters follow a colon: active:err_threshold=0.5.
         trials: Worlds that every policy meets.
         seed: Root of the seeds of all trials.
@@ -87,8 +89,11 @@ def command_of(config: EvaluateConfig) -> str:
 
 
 def _origin(config: EvaluateConfig) -> list[str]:
-    """Where the scenario comes from: its name, or a file where a name does not say all."""
-    if isinstance(config.scenario, str):
+    """Where the scenario comes from: its name, or the record where a name does not say all.
+
+    A TOML file may be changed after the run; the record keeps what was run.
+    """
+    if isinstance(config.scenario, str) and not config.scenario.endswith(SUFFIX):
         return ["--scenario", config.scenario]
     return ["--config", str(config.config or config.out / "config.json")]
 
@@ -106,7 +111,7 @@ def parsed(args: Sequence[str] | None = None) -> EvaluateConfig:
         return config
     saved = read_record(config.config)
     default = EvaluateConfig(
-        scenario=scenario_from(saved["scenario"]),
+        scenario=scenario_from(saved["scenario"], str(config.config)),
         policies=",".join(saved["policies"]),
         trials=saved["trials"],
         seed=saved["seed"],

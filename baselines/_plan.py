@@ -3,7 +3,7 @@
 import json
 import platform
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from functools import cache
 from hashlib import sha256
 from importlib import metadata
@@ -99,25 +99,6 @@ def read_record(path: Path) -> dict[str, Any]:
     fits = all(isinstance(found.get(name), kind) for name, kind in _RECORD.items())
     require(fits, str(path), f"a config.json with {', '.join(_RECORD)}", sorted(found))
     return found
-
-
-def scenario_from(values: Mapping[str, Any]) -> Scenario:
-    """Build a scenario back from its record.
-
-    Raises:
-        ValueError: A field that does not exist, or a value that is refused.
-    """
-    parts: dict[str, Any] = {f.name: f.default_factory for f in fields(Scenario)}
-    try:
-        return Scenario(
-            **{k: parts[k](**_tuples(v)) if isinstance(v, dict) else v for k, v in values.items()}
-        )
-    except TypeError as problem:
-        raise ValueError(f"saved scenario does not fit this version: {problem}") from problem
-
-
-def _tuples(values: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: tuple(v) if isinstance(v, list) else v for name, v in values.items()}
 
 
 def differences(one: Any, other: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:

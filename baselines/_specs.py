@@ -1,25 +1,11 @@
-"""Text to values: ``KEY=VALUE`` pairs and policies with parameters, ``active:err_threshold=0.5``."""
+"""Policies with parameters as text: ``active:err_threshold=0.5``."""
 
-import ast
 import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from wifipgo.errors import UnknownNameError, require
-
-
-def key_value(text: str) -> tuple[str, Any]:
-    """Split ``KEY=VALUE``; a value that is no Python literal is taken as a string.
-
-    Raises:
-        ValueError: There is no ``=``, or nothing before it.
-    """
-    key, sign, value = text.partition("=")
-    require(bool(sign and key.strip()), "a setting", "KEY=VALUE", text)
-    try:
-        return key.strip(), ast.literal_eval(value.strip())
-    except (ValueError, SyntaxError):
-        return key.strip(), value.strip()
+from wifipgo.errors import UnknownNameError
+from wifipgo.settings import fitted, key_value
 
 
 def split_spec(spec: str) -> tuple[str, dict[str, Any]]:
@@ -53,8 +39,5 @@ def _default(policy: str, name: str, known: Mapping[str, Any]) -> Any:
 
 
 def _fitting(name: str, value: Any, default: Any) -> Any:
-    if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
     free = default is None or default is inspect.Parameter.empty
-    require(free or isinstance(value, type(default)), name, f"of type {type(default).__name__}", value)
-    return value
+    return value if free else fitted(value, type(default), name)

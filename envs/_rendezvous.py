@@ -28,7 +28,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
     """Robots explore, lose their way, call each other over Wi-Fi and meet.
 
     Args:
-        scenario: Name in `wifipgo.scenarios.SCENARIOS`, or a `Scenario`.
+        scenario: Name in `wifipgo.scenarios.SCENARIOS`, a file that ends in ``.toml``, or a `Scenario`.
         observation: "flat" (one Box) or "dict" (the same blocks by name).
         reward: Name in `envs.rendezvous_v0.REWARDS`.
         render_mode: None; there is no picture to render yet.
@@ -55,12 +55,13 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         **overrides: Any,
     ) -> None:
         """Check the arguments and build the spaces."""
+        # The value, not its name: a file may have changed when the copy is made.
+        base = scenario if isinstance(scenario, Scenario) else scenario_named(scenario)
         EzPickle.__init__(
-            self, scenario, observation=observation, reward=reward, render_mode=render_mode, **overrides
+            self, base, observation=observation, reward=reward, render_mode=render_mode, **overrides
         )
         pick(OBSERVATIONS, observation, "observation")
         require(render_mode is None, "render_mode", "None (nothing to render yet)", render_mode)
-        base = scenario if isinstance(scenario, Scenario) else scenario_named(scenario)
         self.base_scenario = self.scenario = base.with_overrides(**overrides)
         self.render_mode = render_mode
         self.layout = _observation.layout(self.scenario)
@@ -104,7 +105,8 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
 
         Args:
             seed: Root of all chance. Without one the next episode of the sequence follows.
-            options: Scenario fields for this episode on, e.g. ``{"n_obstacles": 4}``.
+            options: Scenario fields for this episode only, e.g. ``{"n_obstacles": 4}``; the next reset
+                starts from the scenario that the environment was made with.
 
         Raises:
             ValueError: An option that does not exist or that would change the spaces.

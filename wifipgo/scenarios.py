@@ -1,9 +1,10 @@
-"""The paper's experiments as values, and how to change them."""
+"""The paper's experiments as values, how to change them, and scenarios of one's own from files."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
+from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
 
@@ -13,7 +14,10 @@ from wifipgo.radio.bands import band_of
 from wifipgo.radio.csi import RadioConfig
 from wifipgo.radio.impairments import ImpairmentConfig
 from wifipgo.radio.link import LinkConfig
+from wifipgo.radio.materials import MATERIALS
 from wifipgo.rendezvous import RendezvousConfig
+from wifipgo.scenario_files import BASE, SUFFIX, flattened, read_toml, toml_text
+from wifipgo.settings import fitted
 from wifipgo.world.layout import ArenaConfig
 from wifipgo.world.sensing import SensingConfig
 
@@ -23,7 +27,7 @@ class Scenario:
     """One experiment: robots, room, sensors, radio, rules of rendezvous.
 
     Attributes:
-        name: Key in `SCENARIOS`.
+        name: Key in `SCENARIOS`, or the name of the file that it was read from.
         source: Which numbers are the paper's and which are ours.
         n_steps: Iterations of an episode.
         n_slots: Neighbours that a robot listens to and observes, at most ``n_robots - 1``.
@@ -68,6 +72,8 @@ class Scenario:
         require(q <= top, "LinkConfig.q_mbit_s", f"<= {top:g}, the top rate of the bandwidth", q)
         antennas_m = self.radio.antennas_m
         require(len(antennas_m) != 1, "RadioConfig.antennas_m", "2 or 3 positions for a turn", antennas_m)
+        for name in ("wall_material", "obstacle_material"):
+            pick(MATERIALS, getattr(self.arena, name), f"ArenaConfig.{name}")
 
     def with_overrides(self, **overrides: Any) -> "Scenario":
         """Copy with other values; a name is any field of the scenario or of its parts.
@@ -79,7 +85,7 @@ class Scenario:
         nested: dict[str, dict[str, Any]] = {}
         for name, value in overrides.items():
             part = pick(owners, name, "scenario field")
-            nested.setdefault(part, {})[name] = _fitting(getattr(self, part) if part else self, name, value)
+            nested.setdefault(part, {})[name] = fitted(value, _KINDS[name], name)
         parts = {part: replace(getattr(self, part), **new) for part, new in nested.items() if part}
         return replace(self, **parts, **nested.get("", {}))
 
@@ -95,15 +101,14 @@ def field_owners() -> dict[str, str]:
     return own | {f.name: part for part, cls in _PARTS.items() for f in fields(cls)}
 
 
-def _fitting(part: Any, name: str, value: Any) -> Any:
-    """Take an int where a float stands and a list where a tuple does; refuse other types."""
-    now = getattr(part, name)
-    if isinstance(now, float) and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
-    if isinstance(now, tuple) and isinstance(value, list):
-        return tuple(value)
-    require(isinstance(value, type(now)), name, f"of type {type(now).__name__}", value)
-    return value
+_KINDS: Mapping[str, Any] = MappingProxyType(
+    {
+        f.name: get_type_hints(owner)[f.name]
+        for owner in (Scenario, *_PARTS.values())
+        for f in fields(owner)
+        if f.name not in _PARTS
+    }
+)
 
 
 PAPER_HW_2 = Scenario(
@@ -184,13 +189,65 @@ SCENARIOS: Mapping[str, Scenario] = MappingProxyType(
 )
 
 
-def scenario_named(name: str, **overrides: Any) -> Scenario:
-    """Look a scenario up and change what is asked for.
+def scenario_named(name: str, /, **overrides: Any) -> Scenario:
+    """Look a scenario up, or read it if ``name`` ends in ``.toml``, and change what is asked for.
 
     Raises:
-        ValueError: Unknown scenario or field; the message lists what exists.
+        ValueError: Unknown scenario or field, or a value that is refused; the message lists what exists
+            and names the file.
+        OSError: A file that cannot be read.
     """
-    return pick(SCENARIOS, name, "scenario").with_overrides(**overrides)
+    return _found(name, Path(), ()).with_overrides(**overrides)
 
 
-__all__ = ["SCENARIOS", "Scenario", "UnknownNameError", "field_owners", "scenario_named"]
+def _found(name: str, folder: Path, above: tuple[Path, ...]) -> Scenario:
+    """Scenario of a name, or of a file in ``folder`` that the files ``above`` it led to."""
+    if not name.endswith(SUFFIX):
+        return pick({f"your own FILE{SUFFIX}": _PLAIN, **SCENARIOS}, name, "scenario")
+    path = folder / name
+    require(path.resolve() not in above, f"{BASE} in {above[-1] if above else path}", "no circle", name)
+    return scenario_from(read_toml(path), str(path), above=above)
+
+
+def scenario_from(values: Mapping[str, Any], where: str, *, above: tuple[Path, ...] = ()) -> Scenario:
+    """Build a scenario from keys and tables, as a file holds them.
+
+    ``base`` names the scenario that the others change, by name or as a file beside this one; without it
+    they change the fields' own defaults. Unless given, the name is that of the file, and the
+    source says what was changed.
+
+    Args:
+        values: Keys, flat or in the tables of their parts.
+        where: File, for messages and the name.
+        above: Files whose base this one is.
+
+    Raises:
+        ValueError: A key that does not exist, or a value that is refused; the message names the file.
+    """
+    flat, path = flattened(values, field_owners(), where), Path(where)
+    try:
+        base = _PLAIN
+        if BASE in values:
+            base = _found(fitted(values[BASE], str, BASE), path.parent, (*above, path.resolve()))
+        source = f"{base.source} Ours, from {path.name}: {', '.join(flat) or 'nothing else'}."
+        return base.with_overrides(**{"name": path.stem, "source": source} | flat)
+    except ValueError as problem:
+        raise ValueError(f"{where}: {problem}") from problem
+
+
+def scenario_toml(scenario: Scenario) -> str:
+    """Every value of a scenario as TOML: reading it gives an equal one, whatever the defaults are by then."""
+    return toml_text(asdict(scenario))
+
+
+_PLAIN = Scenario(name="plain", source="Ours unless the table of fields says otherwise: the defaults.")
+
+__all__ = [
+    "SCENARIOS",
+    "Scenario",
+    "UnknownNameError",
+    "field_owners",
+    "scenario_from",
+    "scenario_named",
+    "scenario_toml",
+]

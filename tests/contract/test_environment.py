@@ -169,6 +169,37 @@ def test_bad_arguments_list_what_exists(arguments: dict[str, object], message: s
         rendezvous_v0.parallel_env(**arguments)  # type: ignore[arg-type]
 
 
+def test_options_hold_for_one_episode() -> None:
+    """A curriculum goes up and down; an episode without options is that of the scenario."""
+    env = rendezvous_v0.parallel_env()
+    counts = [{"n_obstacles": 1}, {"n_obstacles": 4}, {"n_obstacles": 2}, None, {"n_obstacles": np.int64(3)}]
+    found = []
+    for options in counts:
+        env.reset(seed=2, options=options)
+        env.step({a: np.zeros(3) for a in env.agents})
+        found.append(len(env.world.layout.obstacles_m))
+    assert found == [1, 4, 2, 0, 3]
+    assert env.base_scenario == rendezvous_v0.parallel_env().scenario
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"n_robots": 3}, r"n_robots.*set when the environment is made"),
+        ({"n_slots": 1}, r"n_slots.*set when the environment is made"),
+        ({"n_obstacles": -1}, r"ArenaConfig.n_obstacles must be >= 0, got -1"),
+        ({"size_m": float("nan")}, r"size_m must be finite, got nan"),
+        ({"n_obstacle": 1}, r"unknown scenario field .n_obstacle.; known: .*n_obstacles"),
+    ],
+)
+def test_options_that_are_refused_leave_the_episode(options: dict[str, object], message: str) -> None:
+    env = rendezvous_v0.parallel_env()
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=message):
+        env.reset(options=options)
+    env.step({a: np.zeros(3) for a in env.agents})
+
+
 def test_reset_options_are_scenario_fields() -> None:
     env = rendezvous_v0.parallel_env()
     env.reset(seed=0, options={"n_obstacles": 3})

@@ -237,3 +237,18 @@ def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
     assert end.value.code == 0
     assert "python -m baselines.evaluate --scenario paper-hw-2-obstacles" in printed
     assert all(f"--{option}" in printed for option in ("policies", "trials", "seed", "set", "resume", "jobs"))
+
+
+def test_a_scenario_file_is_played_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The record holds the whole scenario: it repeats the run when the file has changed."""
+    room, out = tmp_path / "room.toml", tmp_path / "out"
+    room.write_text('base = "paper-hw-2"\nn_steps = 4\n[arena]\nn_obstacles = 2\nsize_m = 12\n')
+    arguments = ["--trials", "1", "--policies", "random", "--jobs", "1"]
+    assert main(["--scenario", str(room), *arguments, "--out", str(out)]) == 0
+    room.write_text("n_obstacle = 3")
+    command = shlex.split(json.loads((out / "config.json").read_text())["command"])
+    assert main([*command[3:-1], str(tmp_path / "again"), "--jobs", "1"]) == 0
+    pd.testing.assert_frame_equal(steps(out), steps(tmp_path / "again"))
+    capsys.readouterr()
+    assert main(["--scenario", str(room), *arguments, "--out", str(tmp_path / "none")]) == 2
+    assert "room.toml: 'n_obstacle'; known: " in capsys.readouterr().err.replace("\n", "")

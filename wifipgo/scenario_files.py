@@ -1,0 +1,89 @@
+"""Scenarios as text: TOML files with flat keys or tables, and values written as TOML.
+
+This module knows text and names; what a scenario is stands in `wifipgo.scenarios`.
+"""
+
+import json
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from wifipgo.errors import UnknownNameError, require
+
+SUFFIX = ".toml"
+BASE = "base"
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Tables and keys of a file.
+
+    Raises:
+        ValueError: It is not TOML; the message names the file and the place in it.
+        OSError: It cannot be read.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except ValueError as problem:  # a broken encoding too
+        raise ValueError(f"{path} is not TOML: {problem}") from problem
+
+
+def flattened(values: Mapping[str, Any], owners: Mapping[str, str], where: str) -> dict[str, Any]:
+    """Keys without their tables; a key stands at the top or in the table of the part that holds it.
+
+    Args:
+        values: Keys and tables.
+        owners: Part that holds each key, '' for the scenario itself.
+        where: File, for messages.
+
+    Raises:
+        ValueError: A table or key that does not exist, a key in another's table, or one given twice.
+    """
+    tables = sorted({part for part in owners.values() if part})
+    flat: dict[str, Any] = {}
+    for table, key, value in _entries(values, tables):
+        if key not in owners:
+            here = [name for name, part in owners.items() if table in {"", part}]
+            known = [*here, *tables, BASE] if table == "" else here
+            raise UnknownNameError(_place(table, where), key, known)
+        home = f"at the top of {where}" + (f" or in its table [{owners[key]}]" if owners[key] else "")
+        require(table in {"", owners[key]}, key, home, f"[{table}]")
+        require(key not in flat, key, f"given once in {where}", f"[{table}]" if table else key)
+        flat[key] = value
+    return flat
+
+
+def _entries(values: Mapping[str, Any], tables: Iterable[str]) -> Iterator[tuple[str, str, Any]]:
+    """Table ('' for the top), key and value of everything but the base."""
+    for key, value in values.items():
+        if key in tables and isinstance(value, Mapping):
+            yield from ((key, inner, content) for inner, content in value.items())
+        elif key != BASE:
+            yield "", key, value
+
+
+def _place(table: str, where: str) -> str:
+    return f"key in {where}" + (f", table [{table}]:" if table else ":")
+
+
+def toml_text(values: Mapping[str, Any]) -> str:
+    """Values as TOML: what is no mapping first, then a table for each mapping."""
+    top = [_line(key, value) for key, value in values.items() if not isinstance(value, Mapping)]
+    tables = ((key, table) for key, table in values.items() if isinstance(table, Mapping))
+    rest = [f"\n[{key}]\n" + "".join(map(_line, table, table.values())) for key, table in tables]
+    return "".join([*top, *rest])
+
+
+def _line(key: str, value: Any) -> str:
+    return f"{key} = {_literal(value)}\n"
+
+
+def _literal(value: Any) -> str:
+    """One value; every float is written so that it reads back to the same bits."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):  # JSON escapes all that TOML does, but DEL
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, int | float):
+        return repr(value + 0)  # numpy's scalars print as calls
+    return f"[{', '.join(map(_literal, value))}]"
