@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -101,8 +101,8 @@ def run_episode(scenario: str | Scenario, policy: str | Policy, seed: int, *, tr
     rows: list[dict[str, np.ndarray]] = []
     meetings: list[np.ndarray] = []
     while env.agents:
-        observations, *_ = env.step(driver.act(observations))
-        rows.append(_row(env.tick))
+        observations, *_, infos = env.step(driver.act(observations))
+        rows.append(_row(env.tick, [info["mapped_share_truth"] for info in infos.values()]))
         meetings += _meetings(env.tick)
     steps = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
     return Episode(
@@ -119,7 +119,7 @@ def run_episode(scenario: str | Scenario, policy: str | Policy, seed: int, *, tr
     )
 
 
-def _row(tick: Tick) -> dict[str, np.ndarray]:
+def _row(tick: Tick, mapped_share: Sequence[float]) -> dict[str, np.ndarray]:
     """Every robot after one iteration, poses as believed at that time; bumps and distance since the start."""
     truth, belief = tick.truth, tick.belief
     now, believed = truth.poses[:, -1], belief.estimate[:, -1]
@@ -129,6 +129,7 @@ def _row(tick: Tick) -> dict[str, np.ndarray]:
         "ate_rot": ate_rot(belief.estimate, truth.poses),
         **dict(zip(("x_true_m", "y_true_m", "yaw_true_rad"), now.T, strict=True)),
         **dict(zip(("x_estimate_m", "y_estimate_m", "yaw_estimate_rad"), believed.T, strict=True)),
+        "mapped_share": np.array(mapped_share),
         "met": np.isin(np.arange(len(now)), [robot for group in belief.met for robot in group]),
         "calling": belief.calls.callee != NOBODY,
         "bumps": truth.bumps,
@@ -146,6 +147,7 @@ def _figures(steps: Steps, end: Tick, n_meetings: int, scenario: Scenario) -> di
     """The episode in numbers; errors against truth are the team's at the end (Eqs. 12 and 13)."""
     truth, belief = end.truth, end.belief
     return {
+        "mapped_share": float(steps["mapped_share"][-1, 0]),
         "err_last10": float(steps["err"][-LAST:].mean()),
         "ate_trans": float(steps["ate_trans"][-1].mean()),
         "ate_rot": float(steps["ate_rot"][-1].mean()),

@@ -9,6 +9,7 @@ from baselines._statistics import Estimate, Paired, Summary
 
 # Figure of the summary, what to call it, and the unit that it is shown in.
 _ROWS = (
+    ("mapped_share", "score: mapped share", 1.0),
     ("err_last10", "Err, last 10 iterations", 1.0),
     ("share_above", "share above threshold", 1.0),
     ("ate_trans", "ATE, translation (m²)", 1.0),

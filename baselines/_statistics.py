@@ -17,6 +17,7 @@ N_RESAMPLES = 9_999
 _SEED = 0  # of the resampling: the same samples give the same interval
 # Columns of episodes.parquet that are figures, and their units.
 FIGURES: Mapping[str, str] = {
+    "mapped_share": "share",
     "err_last10": "1",
     "ate_trans": "m^2",
     "ate_rot": "1",

@@ -9,11 +9,12 @@ from gymnasium.utils import EzPickle
 from pettingzoo import ParallelEnv
 
 from envs import _observation
-from envs._reward import REWARDS
+from envs._reward import REWARDS, Outcome
 from wifipgo.chance import Streams
 from wifipgo.errors import pick, require
 from wifipgo.graph import ate_rot, ate_trans
 from wifipgo.loop import advance, start
+from wifipgo.mapped import first_map, updated_map
 from wifipgo.scenarios import Scenario, scenario_named
 from wifipgo.state import Commands, Tick, World
 
@@ -30,7 +31,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
     Args:
         scenario: Name in `wifipgo.scenarios.SCENARIOS`, a file that ends in ``.toml``, or a `Scenario`.
         observation: "flat" (one Box) or "dict" (the same blocks by name).
-        reward: Name in `envs.rendezvous_v0.REWARDS`.
+        reward: Name in `envs.rendezvous_v0.REWARDS`; the default is what the mapped share grew by.
         render_mode: None; there is no picture to render yet.
         overrides: Any field of the scenario, e.g. ``n_obstacles=4``.
 
@@ -50,7 +51,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         scenario: str | Scenario = "paper-hw-2",
         *,
         observation: str = "flat",
-        reward: str = "error",
+        reward: str = "mapped_share_truth",
         render_mode: str | None = None,
         **overrides: Any,
     ) -> None:
@@ -122,6 +123,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         self.scenario = self.base_scenario.with_overrides(**changes)
         self._streams = Streams.for_episode(self._entropy, self._episode)
         self._world, self._tick = start(self.scenario, self._streams)
+        self._mapped = first_map(self._tick)
         self.agents = list(self.possible_agents)
         return self._observations(), self._infos()
 
@@ -139,13 +141,15 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             raise RuntimeError("the episode is over: call reset() before step()")
         commands = _commands(actions, self.agents)
         self._tick = advance(tick, commands, world=self._world, scenario=self.scenario, streams=self._streams)
+        share, self._mapped = self._mapped.share, updated_map(self._mapped, tick, self._tick)
         belief, agents = self._tick.belief, self.agents
+        outcome = Outcome(tick.belief, belief, self._mapped.share - share)
         full = self.scenario.max_measurements
         done = bool(full) and int(belief.edges.between_robots.sum()) >= full
         late = belief.t >= self.scenario.n_steps
         out = (
             self._observations(),
-            dict(zip(agents, self._reward(belief, self.scenario).tolist(), strict=True)),
+            dict(zip(agents, self._reward(outcome, self.scenario).tolist(), strict=True)),
             dict.fromkeys(agents, done),
             dict.fromkeys(agents, late and not done),
             self._infos(),
@@ -185,6 +189,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             "ate_rot_truth": ate_rot(belief.estimate, truth.poses).tolist(),
             "bumps_truth": truth.bumps.tolist(),
             "distance_m_truth": truth.distance_m.tolist(),
+            "mapped_share_truth": [self._mapped.share] * len(belief.err),
             "coverage_truth": [truth.cells.share] * len(belief.err),
         }
         rows = zip(*columns.values(), strict=True)

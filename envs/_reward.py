@@ -1,7 +1,12 @@
-"""Rewards: pure functions of what the robots believe, chosen by name."""
+"""Rewards: pure functions of what an iteration changed, chosen by name.
+
+A name that ends in ``_truth`` says that the reward reads what robots cannot know: good for
+training and comparison, out of reach on a robot. All others read belief only.
+"""
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -12,17 +17,43 @@ from wifipgo.state import Belief
 # One term of a reward is at most this many thresholds, so that one lost robot does not drown the rest.
 _WORST = 10.0
 
-Reward = Callable[[Belief, Scenario], np.ndarray]
+
+class Outcome(NamedTuple):
+    """What a reward may look at.
+
+    Attributes:
+        before: What the robots believed before the iteration.
+        after: And after it.
+        mapped_gain_truth: What the mapped share grew by (`wifipgo.mapped`); it reads the truth.
+    """
+
+    before: Belief
+    after: Belief
+    mapped_gain_truth: float
 
 
-def error(belief: Belief, scenario: Scenario) -> Float[np.ndarray, " robots"]:
-    """Minus one's own Err_i over the threshold: rewards staying well localised."""
-    return -np.minimum(belief.err / scenario.rendezvous.err_threshold, _WORST)
+Reward = Callable[[Outcome, Scenario], np.ndarray]
 
 
-def team_error(belief: Belief, scenario: Scenario) -> Float[np.ndarray, " robots"]:
+def mapped_share_truth(outcome: Outcome, scenario: Scenario) -> Float[np.ndarray, " robots"]:
+    """S_t - S_(t-1), shared by the team: rewards places seen *and* put where they are.
+
+    The return of an episode is the mapped share at its end, less that of the start. Standing
+    still earns nothing, and neither does getting lost: what is seen then is not mapped.
+    """
+    return np.full(len(outcome.after.err), outcome.mapped_gain_truth)
+
+
+def error(outcome: Outcome, scenario: Scenario) -> Float[np.ndarray, " robots"]:
+    """Minus one's own Err_i over the threshold: rewards staying well localised, so standing still too."""
+    return -np.minimum(outcome.after.err / scenario.rendezvous.err_threshold, _WORST)
+
+
+def team_error(outcome: Outcome, scenario: Scenario) -> Float[np.ndarray, " robots"]:
     """Mean of `error` over the team, the same for all: rewards helping others too."""
-    return np.full(len(belief.err), error(belief, scenario).mean())
+    return np.full(len(outcome.after.err), error(outcome, scenario).mean())
 
 
-REWARDS: Mapping[str, Reward] = MappingProxyType({"error": error, "team_error": team_error})
+REWARDS: Mapping[str, Reward] = MappingProxyType(
+    {"mapped_share_truth": mapped_share_truth, "error": error, "team_error": team_error}
+)

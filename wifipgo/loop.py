@@ -69,9 +69,8 @@ def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
     )
     arena = Arena(layout, cfg, turn_rad=scenario.turn.turn_rad)
     world = World(layout, faces_m, edges_m, surfaces, arena, standing)
-    cells = reveal(
-        empty_map(layout, cfg.size_m), layout.starts[:, :2], range_m=scenario.sensing.sensor_range_m
-    )
+    seen_m = scenario.sensing.sensor_range_m
+    cells = reveal(empty_map(layout, cfg.size_m), layout.starts[:, :2], faces_m, range_m=seen_m)
     truth = Truth(
         poses=layout.starts[:, None], bumps=np.zeros(n, dtype=int), distance_m=np.zeros(n), cells=cells
     )
@@ -86,7 +85,7 @@ def advance(tick: Tick, commands: Commands, *, world: World, scenario: Scenario,
     drive = world.arena.drive(before, commands.waypoints)
     motion = odometry(before, drive.poses, cfg=scenario.sensing, rng=streams.odometry)
     return _sensed(
-        _moved(tick.truth, drive, scenario),
+        _moved(tick.truth, drive, world, scenario),
         replace(_dead_reckoned(belief, motion, scenario), calls=calls),
         world=world,
         scenario=scenario,
@@ -116,14 +115,14 @@ def _first_belief(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> 
     )
 
 
-def _moved(truth: Truth, drive: Drive, scenario: Scenario) -> Truth:
+def _moved(truth: Truth, drive: Drive, world: World, scenario: Scenario) -> Truth:
     """Truth after a drive."""
     p_m = drive.poses[:, :2]
     return Truth(
         poses=np.concatenate([truth.poses, drive.poses[:, None]], axis=1),
         bumps=truth.bumps + drive.bumped,
         distance_m=truth.distance_m + np.hypot(*(p_m - truth.poses[:, -1, :2]).T),
-        cells=reveal(truth.cells, p_m, range_m=scenario.sensing.sensor_range_m),
+        cells=reveal(truth.cells, p_m, world.faces_m, range_m=scenario.sensing.sensor_range_m),
     )
 
 

@@ -1,4 +1,4 @@
-"""Which cells of the room the team has seen."""
+"""Which cells of the room the team has seen, and who saw them when."""
 
 import functools
 from typing import NamedTuple
@@ -6,16 +6,31 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from wifipgo import segments
 from wifipgo.world.layout import Layout, inside_polygon
 
 CELL_M = 1.0
 
 
+class Sightings(NamedTuple):
+    """Cells seen in one iteration: row k is that ``robot[k]`` saw the middle of ``cell[k]``."""
+
+    robot: Int[np.ndarray, " sightings"]
+    cell: Int[np.ndarray, " sightings"]
+
+
 class CellMap(NamedTuple):
-    """Square cells over the room: which are free at their centre, and which were seen."""
+    """Square cells over the room.
+
+    Attributes:
+        free: Whether nothing stands on a cell's middle.
+        seen: Whether somebody saw it; cells are numbered as ``seen.ravel()`` lies.
+        sightings: Who saw what, one entry for each iteration.
+    """
 
     free: Bool[np.ndarray, "cells cells"]
     seen: Bool[np.ndarray, "cells cells"]
+    sightings: tuple[Sightings, ...] = ()
 
     @property
     def share(self) -> float:
@@ -23,15 +38,18 @@ class CellMap(NamedTuple):
         return float((self.free & self.seen).sum() / self.free.sum())
 
 
+def middles(n_cells: int) -> Float[np.ndarray, "squares 2"]:
+    """Middle of every cell of a room that is ``n_cells`` wide, by number, m."""
+    steps = CELL_M * (np.arange(n_cells) + 0.5)
+    return np.stack(np.meshgrid(steps, steps, indexing="ij"), -1).reshape(-1, 2)
+
+
 def empty_map(layout: Layout, size_m: float) -> CellMap:
     """Cells of a room in which nothing was seen yet."""
     n = int(np.ceil(size_m / CELL_M))
-    centre_m = CELL_M * (np.stack(np.meshgrid(np.arange(n), np.arange(n), indexing="ij"), -1) + 0.5).reshape(
-        -1, 2
-    )
     blocked = np.zeros(n * n, dtype=bool)
     for corners in layout.obstacles_m:
-        blocked |= inside_polygon(centre_m, corners)
+        blocked |= inside_polygon(middles(n), corners)
     return CellMap((~blocked).reshape(n, n), np.zeros((n, n), dtype=bool))
 
 
@@ -42,13 +60,41 @@ def _window(reach: int) -> Int[np.ndarray, "cells 2"]:
     return np.stack(np.meshgrid(steps, steps, indexing="ij"), -1).reshape(-1, 2)
 
 
-def reveal(cells: CellMap, p_m: Float[np.ndarray, "robots 2"], *, range_m: float) -> CellMap:
-    """Mark the cells whose centre is within range of a robot as seen."""
-    n = len(cells.seen)
-    index = np.floor(p_m / CELL_M).astype(int)[:, None] + _window(int(np.ceil(range_m / CELL_M)))[None]
+def reveal(
+    cells: CellMap,
+    p_m: Float[np.ndarray, "robots 2"],
+    faces_m: Float[np.ndarray, "faces 2 2"],
+    *,
+    range_m: float,
+) -> CellMap:
+    """See the free cells whose middle is within range of a robot, with nothing in between."""
+    n, reach = len(cells.seen), int(np.ceil(range_m / CELL_M))
+    index = np.floor(p_m / CELL_M).astype(int)[:, None] + _window(reach)[None]
     gap_m = CELL_M * (index + 0.5) - p_m[:, None]
-    away_m = np.hypot(gap_m[..., 0], gap_m[..., 1])
-    hit = index[(away_m <= range_m) & ((index >= 0) & (index < n)).all(axis=-1)]
+    near = gap_m[..., 0] ** 2 + gap_m[..., 1] ** 2 <= range_m**2
+    robot, place = np.nonzero(near & ((index >= 0) & (index < n)).all(axis=-1))
+    found = index[robot, place]
+    clear = cells.free[found[:, 0], found[:, 1]]
+    clear[clear] = _in_sight(p_m, robot[clear], CELL_M * (found[clear] + 0.5), faces_m, range_m)
+    robot, found = robot[clear], found[clear]
     seen = cells.seen.copy()
-    seen[hit[:, 0], hit[:, 1]] = True
-    return CellMap(cells.free, seen)
+    seen[found[:, 0], found[:, 1]] = True
+    return CellMap(cells.free, seen, (*cells.sightings, Sightings(robot, found[:, 0] * n + found[:, 1])))
+
+
+def _in_sight(
+    p_m: Float[np.ndarray, "robots 2"],
+    robot: Int[np.ndarray, " sightings"],
+    goal_m: Float[np.ndarray, "sightings 2"],
+    faces_m: Float[np.ndarray, "faces 2 2"],
+    range_m: float,
+) -> Bool[np.ndarray, " sightings"]:
+    """Whether nothing hides a point from its robot; only faces within range of a robot are tried."""
+    clear = np.ones(len(robot), dtype=bool)
+    if not len(faces_m):
+        return clear
+    near = segments.distance_to_segments(p_m, faces_m) <= range_m
+    tried = np.flatnonzero(np.any(near, axis=1)[robot])
+    faces_m = faces_m[np.any(near, axis=0)]
+    clear[tried] = segments.in_sight(p_m[robot[tried]], goal_m[tried], faces_m)
+    return clear
