@@ -36,7 +36,7 @@ class RandomRendezvous:
     def __init__(self, scenario: Scenario) -> None:
         """Learn the layout of the observations from the scenario."""
         self._fields = {field.name: field for field in layout(scenario)}
-        self._steps_per_range = scenario.arena.lidar_range_m / scenario.arena.step_m
+        self._steps_per_range = _steps_per_range(scenario)
         self.reset(0)
 
     def reset(self, seed: int, episode: int = 0) -> None:
@@ -99,6 +99,12 @@ class ActiveRendezvous(RandomRendezvous):
         self._side = np.where(comes, taken, 0.0)
         self._observed = np.where(comes, observed, np.inf)
         return np.where((observed > before)[:, None], 0.0, approach)
+
+
+def _steps_per_range(scenario: Scenario) -> np.ndarray:
+    """How many of its steps a robot's lidar sees ahead; one that cannot drive sees very many."""
+    step_m = np.maximum(scenario.arena.steps_m(scenario.n_robots), 1e-6)
+    return scenario.arena.lidar_range_m / step_m[:, None]
 
 
 def _whom_to_serve(view: View, lost: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -65,6 +65,10 @@ class Scenario:
         require(self.visual_range_m >= 0.0, "Scenario.visual_range_m", ">= 0", self.visual_range_m)
         self._check_radio()
         self.sensing.sigmas(self.n_robots)  # refuses a noise_scale of another length
+        self.arena.steps_m(self.n_robots)
+        starts = self.arena.starts
+        rule = f"empty or {self.n_robots} long"
+        require(len(starts) in {0, self.n_robots}, "ArenaConfig.starts", rule, starts)
 
     def _check_radio(self) -> None:
         """Reject a demand that no link meets, and a turn that compares no antennas."""

@@ -111,15 +111,14 @@ class Arena:
             True poses after drive and turn, and who missed its waypoint.
         """
         length = np.hypot(waypoints[:, :1], waypoints[:, 1:])
-        goal_m = self._cfg.step_m * waypoints / np.maximum(length, 1.0)
+        step_m = self._cfg.steps_m(len(poses))[:, None]
+        goal_m = step_m * waypoints / np.maximum(length, 1.0)
         target_m = se2.apply(poses, goal_m)
         rounds = _COMMANDS_PER_DRIVE
         for left in range(rounds, 0, -1):
             gap_m = target_m - self.positions()
             speed = np.linalg.norm(gap_m, axis=1, keepdims=True) * rounds / left
-            self._command(
-                gap_m * rounds / left * np.minimum(1.0, self._cfg.step_m / np.maximum(speed, 1e-12))
-            )
+            self._command(gap_m * rounds / left * np.minimum(1.0, step_m / np.maximum(speed, 1e-12)))
             for _ in range(self._cfg.n_substeps // rounds):
                 self._space.step(1.0 / self._cfg.n_substeps)
         self._settle()

@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo import segments
-from wifipgo.world.layout import Layout, inside_polygon
+from wifipgo.world.layout import Layout
+from wifipgo.world.maps import inside_polygon
 
 CELL_M = 1.0
 

@@ -1,0 +1,191 @@
+"""Obstacle maps: convex polygons and starts given by hand, checked before anything is built on them.
+
+The rules: every obstacle is convex, has an area and lies in the room; no two overlap, though they may touch,
+so a shape that is not convex is put together from convex parts. The floor on which a robot fits may
+fall into parts; then all starts lie in one of them.
+"""
+
+import functools
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from scipy import ndimage
+
+from wifipgo import segments
+from wifipgo.errors import require
+
+Corners = tuple[tuple[float, float], ...]
+# What messages call them.
+OBSTACLES, STARTS = "ArenaConfig.obstacles_m", "ArenaConfig.starts"
+# Lengths below this are rounding, in room of up to kilometres.
+_TINY_M = 1e-9
+# Cells of the floor are half a robot's radius wide, but there are at most this many along a side.
+_MOST_CELLS = 400
+
+
+def inside_polygon(
+    p_m: Float[np.ndarray, "points 2"], corners_m: Float[np.ndarray, "corners 2"]
+) -> Bool[np.ndarray, " points"]:
+    """Which points lie inside a convex counter-clockwise polygon."""
+    edges = segments.polygon_edges(corners_m)
+    side = segments.cross((edges[:, 1] - edges[:, 0])[None], p_m[:, None] - edges[None, :, 0])
+    return np.all(side > 0.0, axis=1)
+
+
+def gap_to_obstacles(
+    p_m: Float[np.ndarray, "points 2"], obstacles_m: Sequence[Float[np.ndarray, "_ 2"]]
+) -> Float[np.ndarray, " points"]:
+    """Distance of points from the nearest obstacle, 0 inside one."""
+    gap = np.full(len(p_m), np.inf)
+    for corners in obstacles_m:
+        away = segments.distance_to_segments(p_m, segments.polygon_edges(corners)).min(axis=1)
+        gap = np.minimum(gap, np.where(inside_polygon(p_m, corners), 0.0, away))
+    return gap
+
+
+def area_m2(corners_m: Float[np.ndarray, "corners 2"]) -> float:
+    """Area of a polygon, positive if it is counter-clockwise."""
+    return float(0.5 * segments.cross(corners_m, np.roll(corners_m, -1, axis=0)).sum())
+
+
+def counter_clockwise(obstacles_m: Sequence[Corners], *, size_m: float) -> tuple[Corners, ...]:
+    """Check each obstacle by itself and turn it counter-clockwise.
+
+    Raises:
+        ValueError: One that has fewer than three corners, is not convex or not in the room; names its index.
+    """
+    out = []
+    for k, corners in enumerate(obstacles_m):
+        name = f"{OBSTACLES}[{k}]"
+        require(len(corners) >= 3, name, "at least 3 corners", corners)
+        points = np.array(corners)
+        points = points if area_m2(points) > 0.0 else points[::-1]
+        require(_turns_left_once(points), name, "convex, with an area and corners in order", corners)
+        inside = points.min() >= -_TINY_M and points.max() <= size_m + _TINY_M
+        require(inside, name, f"in the room, 0..{size_m:g} m", corners)
+        out.append(tuple((float(x), float(y)) for x, y in points))
+    return tuple(out)
+
+
+def _turns_left_once(corners_m: np.ndarray) -> bool:
+    """Whether a polygon turns left at every corner, and around once: convex, and no star."""
+    edges = np.roll(corners_m, -1, axis=0) - corners_m
+    length = np.hypot(*edges.T)
+    if length.min() <= _TINY_M or area_m2(corners_m) <= _TINY_M:
+        return False
+    after = np.roll(edges, -1, axis=0)
+    turn = np.arctan2(segments.cross(edges, after), (edges * after).sum(axis=1))
+    return bool(turn.min() >= -_TINY_M and turn.max() < np.pi - 1e-6 and turn.sum() < 2.5 * np.pi)
+
+
+def check_apart(obstacles_m: Sequence[Corners]) -> None:
+    """Refuse obstacles that overlap; touching is allowed.
+
+    Raises:
+        ValueError: Two that overlap; names both indices.
+    """
+    polygons = [np.array(corners) for corners in obstacles_m]
+    for later, polygon in enumerate(polygons):
+        for earlier in range(later):
+            apart = _separated(polygons[earlier], polygon)
+            require(apart, f"{OBSTACLES}[{later}]", f"clear of {OBSTACLES}[{earlier}]", obstacles_m[later])
+
+
+def _separated(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether an edge of one of two convex counter-clockwise polygons has the other on its outer side."""
+    return _has_outer_edge(a, b) or _has_outer_edge(b, a)
+
+
+def _has_outer_edge(of: np.ndarray, other: np.ndarray) -> bool:
+    edges = segments.polygon_edges(of)
+    along = edges[:, 1] - edges[:, 0]
+    along /= np.hypot(*along.T)[:, None]
+    depth_m = segments.cross(along[:, None], other[None] - edges[:, None, 0])
+    return bool((depth_m.max(axis=1) <= _TINY_M).any())
+
+
+def check_starts(
+    starts: Sequence[Sequence[float]],
+    obstacles_m: Sequence[Corners],
+    *,
+    size_m: float,
+    radius_m: float,
+) -> None:
+    """Refuse starts at which a robot would stand in a wall, an obstacle or another robot.
+
+    Raises:
+        ValueError: Such a start; names its index and that of the obstacle or the other start.
+    """
+    poses = np.array(starts).reshape(-1, 3)
+    for k, (pose, start) in enumerate(zip(poses, starts, strict=True)):
+        name, p_m = f"{STARTS}[{k}]", pose[None, :2]
+        inside = pose[:2].min() >= radius_m and pose[:2].max() <= size_m - radius_m
+        require(inside, name, f"a robot's radius inside the room, {radius_m:g}..{size_m - radius_m:g}", start)
+        for index, corners in enumerate(obstacles_m):
+            clear = gap_to_obstacles(p_m, [np.array(corners)])[0] >= radius_m
+            rule = f"a robot's radius ({radius_m:g} m) from {OBSTACLES}[{index}]"
+            require(bool(clear), name, rule, start)
+        for index in np.flatnonzero(np.hypot(*(poses[:k, :2] - pose[:2]).T) < 2.0 * radius_m).tolist():
+            require(False, name, f"two radii ({2.0 * radius_m:g} m) from {STARTS}[{index}]", start)
+
+
+class Floor:
+    """Where a robot fits in a room with obstacles, by cells, and which of these places hang together.
+
+    A passage counts if it is wider than a robot by one cell, half a robot's radius.
+    """
+
+    def __init__(self, obstacles_m: Sequence[Corners], *, size_m: float, radius_m: float) -> None:
+        """Mark the cells at whose centre a robot fits, and number the parts that they make."""
+        n = int(np.clip(np.ceil(2.0 * size_m / radius_m), 1, _MOST_CELLS))
+        self._cell_m = size_m / n
+        at_m = self._cell_m * (np.arange(n) + 0.5)
+        centre_m = np.stack(np.meshgrid(at_m, at_m, indexing="ij"), -1).reshape(-1, 2)
+        gap_m = gap_to_obstacles(centre_m, [np.array(corners) for corners in obstacles_m])
+        gap_m = np.minimum(gap_m, np.minimum(centre_m, size_m - centre_m).min(axis=1))
+        self._part = ndimage.label(gap_m.reshape(n, n) >= radius_m)[0]
+        self._near = np.where(self._part > 0, self._part, ndimage.grey_dilation(self._part, size=(3, 3)))
+
+    def part_of(self, p_m: Float[np.ndarray, "points 2"]) -> Int[np.ndarray, " points"]:
+        """Part of the floor that each point is in or a cell away from; 0 where no robot fits."""
+        cell = np.clip((p_m / self._cell_m).astype(int), 0, len(self._part) - 1)
+        return self._near[cell[:, 0], cell[:, 1]].astype(np.int64)
+
+    @property
+    def largest(self) -> int:
+        """Number of the part with most cells; 0 if no robot fits anywhere."""
+        cells = np.bincount(self._part.ravel())[1:]
+        return int(cells.argmax()) + 1 if len(cells) else 0
+
+
+@functools.lru_cache(maxsize=32)
+def floor_of(obstacles_m: tuple[Corners, ...], size_m: float, radius_m: float) -> Floor:
+    """The floor of a map, worked out once."""
+    return Floor(obstacles_m, size_m=size_m, radius_m=radius_m)
+
+
+def check_room_left(
+    obstacles_m: tuple[Corners, ...],
+    starts: Sequence[Sequence[float]],
+    *,
+    size_m: float,
+    radius_m: float,
+) -> None:
+    """Refuse a map without room for a robot, and starts that no robot could drive between.
+
+    Raises:
+        ValueError: Names the largest obstacle, or the first start that is cut off from start 0.
+    """
+    floor = floor_of(obstacles_m, size_m, radius_m)
+    if not floor.largest:
+        k = int(np.argmax([area_m2(np.array(corners)) for corners in obstacles_m]))
+        require(
+            False,
+            f"{OBSTACLES}[{k}]",
+            f"small enough to leave a robot room in {size_m:g} m",
+            obstacles_m[k],
+        )
+    part = floor.part_of(np.array(starts).reshape(-1, 3)[:, :2])
+    for k in np.flatnonzero((part != part[:1]) | (part == 0)).tolist():
+        require(False, f"{STARTS}[{k}]", f"where a robot can drive to from {STARTS}[0]", starts[k])
