@@ -39,6 +39,7 @@ def deepest_m(a: Corners, b: Corners) -> float:
         rows += [[*normal, 1.0] for normal in out]
         limits += (out * corners).sum(axis=1).tolist()
     found = linprog([0.0, 0.0, -1.0], A_ub=rows, b_ub=limits, bounds=[(None, None)] * 2 + [(-50.0, None)])
+    assert found.x is not None
     return float(found.x[2])
 
 
