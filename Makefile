@@ -61,6 +61,6 @@ $(VENV)/.run: $(PINS) | $(VENV)/.made
 	@touch $@
 
 $(VENV)/.dev: $(PINS) | $(VENV)/.made
-	@echo "Installing wifipgo and its development tools into $(VENV) (about a minute, once)"
-	@$(INSTALL) -e '.[dev]'
+	@echo "Installing wifipgo and its development tools into $(VENV) (two minutes, once)"
+	@$(INSTALL) -e '.[dev,train]'
 	@touch $(VENV)/.run $@

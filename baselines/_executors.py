@@ -7,18 +7,16 @@ takes nothing with it: its item is tried once more, then reported, and the rest 
 import importlib
 import multiprocessing
 import os
-import signal
-import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
 from wifipgo.errors import pick, require
+from wifipgo.processes import THREADS, one_thread_each, settle_in
 
 EXECUTORS: Mapping[str, str] = MappingProxyType(
     {
@@ -27,7 +25,6 @@ EXECUTORS: Mapping[str, str] = MappingProxyType(
         "ray": "on an existing Ray cluster (--ray-address), or a local one",
     }
 )
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _ATTEMPTS = 2  # of an item whose process dies
 
 Item = TypeVar("Item")
@@ -118,7 +115,7 @@ def _apart(work: Work[Item, Any], items: Sequence[Item], n: int) -> Iterator[Out
     waiting = deque((item, 1) for item in items)
     idle = [_pool() for _ in range(n)]
     running: dict[Future[None], tuple[ProcessPoolExecutor, Item, int]] = {}
-    with _one_thread_each():
+    with one_thread_each():
         try:
             while waiting or running:
                 while waiting and idle:
@@ -144,38 +141,12 @@ _DIED = f"the process died, {_ATTEMPTS} times"
 
 def _pool() -> ProcessPoolExecutor:
     spawn = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(1, spawn, initializer=_prepare)
+    return ProcessPoolExecutor(1, spawn, initializer=settle_in)
 
 
 def _replaced(pool: ProcessPoolExecutor) -> ProcessPoolExecutor:
     pool.shutdown()
     return _pool()
-
-
-@contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Processes that start in here use one thread each for linear algebra."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            os.environ.pop(name)
-            os.environ.update({name: value} if value is not None else {})
-
-
-def _prepare() -> None:
-    """Leave Ctrl-C to the parent, and do not outlive it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
 
 
 def _ray() -> Any:
@@ -192,7 +163,7 @@ def _on_ray(work: Work[Item, Any], items: Sequence[Item], n: int, address: str) 
     ray = _ray()
     local: dict[str, Any] = {"num_cpus": n, "include_dashboard": False}
     where = {"address": address} if address else local
-    threads = {"env_vars": dict.fromkeys(_THREADS, "1")}
+    threads = {"env_vars": dict.fromkeys(THREADS, "1")}
     ray.init(**where, runtime_env=threads, log_to_driver=False, logging_level="error")
     try:
         compute = ray.remote(num_cpus=1, max_retries=_ATTEMPTS - 1)(work.compute)

@@ -1,1 +1,1 @@
-"""Training of learned policies on the same environment; nothing here yet."""
+"""Learned policies on the same environment."""

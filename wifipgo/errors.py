@@ -16,14 +16,23 @@ class UnknownNameError(ValueError):
         self.kind, self.name, self.known = kind, name, sorted(known)
         super().__init__(f"unknown {kind} {name!r}; known: {', '.join(self.known)}")
 
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        """Travel between processes: Python would rebuild it from the message alone."""
+        return type(self), (self.kind, self.name, self.known)
+
 
 class RecordingError(ValueError):
     """A CSI recording that cannot be read; says at which byte and what was expected."""
 
     def __init__(self, source: str, offset: int, expected: str, got: str) -> None:
         """Build the message from the file, the byte offset, what was expected and found."""
+        self._given = (source, offset, expected, got)
         self.source, self.offset = source, offset
         super().__init__(f"{source}: at byte {offset}: expected {expected}, got {got}")
+
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        """Travel between processes."""
+        return type(self), self._given
 
 
 class GraphFileError(ValueError):
@@ -31,9 +40,14 @@ class GraphFileError(ValueError):
 
     def __init__(self, source: str, line: int, expected: str, got: str) -> None:
         """Build the message from the file, the line (0: the whole file), what was expected and found."""
+        self._given = (source, line, expected, got)
         self.source, self.line = source, line
         place = f"{source}:{line}" if line else source
         super().__init__(f"{place}: expected {expected}, got {got}")
+
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        """Travel between processes."""
+        return type(self), self._given
 
 
 def pick(table: Mapping[str, T], name: str, kind: str) -> T:

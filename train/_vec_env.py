@@ -1,0 +1,217 @@
+"""A stable-baselines3 VecEnv over PettingZoo parallel environments, with shared parameters.
+
+Rows are environments times agents: row ``k * n_agents + i`` is agent i of environment k.
+"""
+
+from collections.abc import Iterable, Sequence
+from copy import deepcopy
+from functools import partial
+from itertools import chain
+from typing import Any
+
+import numpy as np
+from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
+
+from envs.rendezvous_v0 import parallel_env
+from train._batch import Maker, Outcome, Rows, Team
+from train._crews import Crew, LocalCrew, RemoteCrew
+from wifipgo.errors import require
+
+
+class TeamVecEnv(VecEnv):
+    """Every agent of every environment is a row; an episode that ends is followed by the next.
+
+    What is reported so that learners get it right: the end of an episode by its clock is a truncation
+    (``TimeLimit.truncated``, with the last observation as ``terminal_observation``), so values are
+    bootstrapped there; `seed` gives each environment a sequence of episodes of its own.
+
+    Differs from stable-baselines3's own in two points. Options set by `set_options` hold from the next
+    episode of each environment on until they are set anew, because learners never call `reset` midway.
+    `env_method` and `get_images` touch each environment once, however many of its rows are asked for.
+
+    Args:
+        makers: Each makes one environment; all alike (see `train._batch.Batch`).
+        n_workers: Processes that share the environments; 0 steps them in this one.
+
+    Raises:
+        ValueError: No maker, more workers than environments, or environments that do not fit together.
+    """
+
+    def __init__(self, makers: Sequence[Maker], *, n_workers: int = 0) -> None:
+        """Make the environments."""
+        self.n_envs = len(makers)
+        require(self.n_envs >= 1, "makers", "at least one", self.n_envs)
+        require(0 <= n_workers <= self.n_envs, "n_workers", f"in 0..{self.n_envs} (environments)", n_workers)
+        self._crews: list[Crew] = []
+        shares = np.array_split(np.arange(self.n_envs), max(n_workers, 1))
+        for w, share in enumerate(shares):
+            mine = [makers[k] for k in share]
+            self._crews.append(RemoteCrew(mine, f"worker {w}") if n_workers else LocalCrew(mine))
+        self._bounds = np.cumsum([0] + [len(share) for share in shares]).tolist()
+        team = self._common_team()
+        self.agents = team.agents
+        self._actions: np.ndarray | None = None
+        super().__init__(self.n_envs * len(team.agents), team.observation_space, team.action_space)
+
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        """Seed the next reset; each environment gets a seed of its own.
+
+        Returns:
+            The seed of every row.
+        """
+        states = np.random.SeedSequence(seed).generate_state(self.n_envs)
+        self._seeds = [int(state) for state in states for _ in self.agents]
+        return self._seeds
+
+    def set_options(self, options: list[dict[str, Any]] | dict[str, Any] | None = None) -> None:
+        """Reset options from each environment's next episode on: one dict for all, or one for each."""
+        each = [options or {}] * self.n_envs if isinstance(options, dict | None) else options
+        require(
+            len(each) == self.n_envs, "options", f"a dict or {self.n_envs} dicts, one an environment", each
+        )
+        self._options = deepcopy(list(each))
+        self._ask_all("set_options", [(self._options[lo:hi],) for lo, hi in self._shares()])
+
+    def reset(self) -> VecEnvObs:
+        """Begin an episode everywhere; seeds given before are used up."""
+        self._drain()
+        seeds = self._seeds[:: len(self.agents)]
+        begun = self._ask_all("reset", [(seeds[lo:hi],) for lo, hi in self._shares()])
+        self._reset_seeds()
+        self.reset_infos = list(chain.from_iterable(infos for _, infos in begun))
+        return _joined([rows for rows, _ in begun])
+
+    def step_async(self, actions: np.ndarray) -> None:
+        """Hand out one action a row; workers begin at once."""
+        shape = (self.num_envs, *(self.action_space.shape or ()))
+        require(np.shape(actions) == shape, "actions", f"of shape {shape}", np.shape(actions))
+        self._check_open()
+        if self._actions is not None:
+            raise RuntimeError("step_async() was called twice without step_wait()")
+        self._actions = actions
+        n = len(self.agents)
+        for crew, (lo, hi) in zip(self._crews, self._shares(), strict=True):
+            crew.ask("step", actions[lo * n : hi * n])
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """What the step gave, by row."""
+        if self._actions is None:
+            raise RuntimeError("step_wait() was called without step_async()")
+        self._actions = None
+        parts: list[Outcome] = self._answers()
+        for part, (lo, _) in zip(parts, self._shares(), strict=True):
+            for row, info in part.reset_infos.items():
+                self.reset_infos[lo * len(self.agents) + row] = info
+        return (
+            _joined([part.observations for part in parts]),
+            np.concatenate([part.rewards for part in parts]),
+            np.concatenate([part.dones for part in parts]),
+            list(chain.from_iterable(part.infos for part in parts)),
+        )
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """An attribute of the environment of each row."""
+        return self._by_row("attribute", (attr_name,), indices)
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Set an attribute of the environments of some rows."""
+        self._by_row("assign", (attr_name, value), indices)
+
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
+    ) -> list[Any]:
+        """Call a method once in each environment of some rows; each of its rows gets the result."""
+        return self._by_row("call", (method_name, method_args, method_kwargs), indices)
+
+    def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
+        """Whether a wrapper of this type is around the environment of each row."""
+        return self._by_row("wrapped", (wrapper_class,), indices)
+
+    def get_images(self) -> Sequence[np.ndarray | None]:
+        """A picture of each environment, None without ``render_mode="rgb_array"``."""
+        if self.render_mode != "rgb_array":
+            return [None] * self.n_envs
+        return self.env_method("render")[:: len(self.agents)]
+
+    def close(self) -> None:
+        """Close the environments and end the workers; a second time does nothing."""
+        crews, self._crews = self._crews, []
+        for crew in crews:
+            crew.dismiss()
+        for crew in crews:
+            crew.close()
+
+    def _shares(self) -> list[tuple[int, int]]:
+        """First environment of each crew, and the one after its last."""
+        return list(zip(self._bounds[:-1], self._bounds[1:], strict=True))
+
+    def _common_team(self) -> Team:
+        """Wait until all environments are made; if one cannot be, end the workers."""
+        try:
+            teams: list[Team] = self._answers()
+            for w, team in enumerate(teams):
+                require(team == teams[0], f"environments of worker {w}", f"like {teams[0]}", team)
+        except BaseException:
+            self.close()
+            raise
+        return teams[0]
+
+    def _ask_all(self, name: str, args: Sequence[tuple[Any, ...]]) -> list[Any]:
+        """Ask every crew, each with its own arguments."""
+        self._drain()
+        for crew, own in zip(self._crews, args, strict=True):
+            crew.ask(name, *own)
+        return self._answers()
+
+    def _answers(self) -> list[Any]:
+        """An answer of every crew; all are taken before the first problem is raised."""
+        answers, problems = [], []
+        for crew in self._crews:
+            try:
+                answers.append(crew.answer())
+            except Exception as problem:
+                problems.append(problem)
+        if problems:
+            raise problems[0]
+        return answers
+
+    def _drain(self) -> None:
+        """Forget a step that nobody waits for."""
+        self._check_open()
+        if self._actions is not None:
+            self._actions = None
+            self._answers()
+
+    def _check_open(self) -> None:
+        if not self._crews:
+            raise RuntimeError("the environments are closed")
+
+    def _by_row(self, name: str, args: tuple[Any, ...], indices: VecEnvIndices) -> list[Any]:
+        """Do something once in each environment of some rows, and repeat the result by row."""
+        rows = _checked(self._get_indices(indices), self.num_envs)
+        wanted = [row // len(self.agents) for row in rows]
+        picked = [[k - lo for k in sorted(set(wanted)) if lo <= k < hi] for lo, hi in self._shares()]
+        answers = self._ask_all(name, [(*args, which) for which in picked])
+        if name == "assign":
+            return []
+        return [dict(zip(sorted(set(wanted)), chain.from_iterable(answers), strict=True))[k] for k in wanted]
+
+
+def rendezvous_vec_env(scenario: str, *, n_envs: int, n_workers: int = 0, **arguments: Any) -> TeamVecEnv:
+    """Copies of one rendezvous environment; ``arguments`` are those of `envs.rendezvous_v0.parallel_env`."""
+    return TeamVecEnv([partial(parallel_env, scenario, **arguments)] * n_envs, n_workers=n_workers)
+
+
+def _checked(indices: Iterable[int], n_rows: int) -> list[int]:
+    rows = [int(row) for row in indices]
+    for row in rows:
+        require(-n_rows <= row < n_rows, "indices", f"rows in 0..{n_rows - 1}", row)
+    return [row % n_rows for row in rows]
+
+
+def _joined(parts: Sequence[Rows]) -> VecEnvObs:
+    """Rows of all crews, one array or one for each name."""
+    if isinstance(parts[0], dict):
+        return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+    return np.concatenate(parts)  # type: ignore[arg-type]
