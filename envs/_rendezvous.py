@@ -4,11 +4,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
+from gymnasium import logger, spaces
 from gymnasium.utils import EzPickle
 from pettingzoo import ParallelEnv
 
 from envs import _observation
+from envs._render_config import DEFAULT_HEIGHT_PX, RENDER_MODES, RenderConfig, check_render_mode
 from envs._reward import REWARDS, Outcome
 from wifipgo.chance import Streams
 from wifipgo.errors import pick, require
@@ -32,7 +33,8 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         scenario: Name in `wifipgo.scenarios.SCENARIOS`, a file that ends in ``.toml``, or a `Scenario`.
         observation: "flat" (one Box) or "dict" (the same blocks by name).
         reward: Name in `envs.rendezvous_v0.REWARDS`; the default is what the mapped share grew by.
-        render_mode: None; there is no picture to render yet.
+        render_mode: None, "rgb_array" or "human" (a window, drawn at each reset and step).
+        render_height_px: Height of the pictures, a multiple of 16.
         overrides: Any field of the scenario, e.g. ``n_obstacles=4``.
 
     Raises:
@@ -41,7 +43,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
 
     metadata: dict[str, Any] = {  # noqa: RUF012 (gymnasium's convention)
         "name": "rendezvous_v0",
-        "render_modes": [],
+        "render_modes": list(RENDER_MODES),
         "is_parallelizable": True,
         "render_fps": 5,
     }
@@ -53,18 +55,27 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         observation: str = "flat",
         reward: str = "mapped_share_truth",
         render_mode: str | None = None,
+        render_height_px: int = DEFAULT_HEIGHT_PX,
         **overrides: Any,
     ) -> None:
         """Check the arguments and build the spaces."""
         # The value, not its name: a file may have changed when the copy is made.
         base = scenario if isinstance(scenario, Scenario) else scenario_named(scenario)
         EzPickle.__init__(
-            self, base, observation=observation, reward=reward, render_mode=render_mode, **overrides
+            self,
+            base,
+            observation=observation,
+            reward=reward,
+            render_mode=render_mode,
+            render_height_px=render_height_px,
+            **overrides,
         )
         pick(OBSERVATIONS, observation, "observation")
-        require(render_mode is None, "render_mode", "None (nothing to render yet)", render_mode)
+        if render_mode is not None:
+            check_render_mode(render_mode)
         self.base_scenario = self.scenario = base.with_overrides(**overrides)
-        self.render_mode = render_mode
+        self.render_mode, self._render_config = render_mode, RenderConfig(height_px=render_height_px)
+        self._screen: Any = None  # holds pygame's objects from the first picture on
         self.layout = _observation.layout(self.scenario)
         self.possible_agents = [f"robot_{i}" for i in range(self.scenario.n_robots)]
         self.agents: list[str] = []
@@ -125,6 +136,8 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         self._world, self._tick = start(self.scenario, self._streams)
         self._mapped = first_map(self._tick)
         self.agents = list(self.possible_agents)
+        if self.render_mode == "human":
+            self.render()
         return self._observations(), self._infos()
 
     def step(
@@ -155,6 +168,8 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             self._infos(),
         )
         self.agents = [] if done or late else agents
+        if self.render_mode == "human":
+            self.render()
         return out
 
     def state(self) -> np.ndarray:
@@ -165,12 +180,25 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             [own.ravel(), belief.rate_mbit_s.ravel()], dtype=np.float32, casting="same_kind"
         )
 
-    def render(self) -> None:
-        """Nothing to render yet."""
-        return
+    def render(self) -> np.ndarray | None:
+        """Draw where the episode stands: an array in mode "rgb_array", the window in mode "human"."""
+        if self.render_mode is None:
+            logger.warn(
+                "render() draws nothing without a render_mode, e.g. parallel_env(render_mode='human')"
+            )
+            return None
+        tick = self.tick
+        if self._screen is None:
+            from envs._render_screen import screen_for  # noqa: PLC0415 (pygame loads with the first picture)
+
+            self._screen = screen_for(self.render_mode, self._render_config, self.metadata["render_fps"])
+        return self._screen.show(tick, self._world, self.scenario)
 
     def close(self) -> None:
-        """Nothing to release: the world goes with the object."""
+        """Close the window; a later `render` opens another."""
+        if self._screen is not None:
+            self._screen.close()
+            self._screen = None
 
     def _observations(self) -> dict[str, Any]:
         rows = _observation.observe(self.tick.belief, self.scenario)

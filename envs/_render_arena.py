@@ -1,0 +1,159 @@
+"""The arena half of a picture. What stays is drawn once and kept; the rest is drawn on a copy of it."""
+
+import numpy as np
+import pygame
+from jaxtyping import Bool, Float
+
+from envs import _render_marks as marks
+from envs._render_scene import Camera, Scene
+from envs._render_text import write
+from wifipgo.scenarios import Scenario
+from wifipgo.state import World
+from wifipgo.world.coverage import CELL_M
+
+_MANY = 8  # more robots than this get small marks
+# Everything is drawn this much larger and scaled down smoothly, the cheapest way to smooth edges; of many
+# robots less, for speed.
+_OVERSAMPLE, _OVERSAMPLE_MANY = 2.0, 1.5
+_MARGIN = 0.045
+_LOBE = 0.13
+
+
+class ArenaPainter:
+    """Draws the arena of one episode; keeps floor, walls and true trajectories between frames.
+
+    The picture depends on the scene alone: where a scene does not continue the last one,
+    what was kept is drawn anew.
+    """
+
+    def __init__(self, world: World, scenario: Scenario, side_px: int) -> None:
+        """Lay out the room on a square."""
+        self._world, self._room_m = world, scenario.arena.size_m
+        few = scenario.n_robots <= _MANY
+        self._side_px = round((_OVERSAMPLE if few else _OVERSAMPLE_MANY) * side_px)
+        self._camera = Camera.on_square(self._side_px, self._room_m, margin_px=_MARGIN * self._side_px)
+        self._size = self._side_px / (76.0 if few else 130.0)
+        self._big = pygame.Surface((self._side_px, self._side_px))
+        self._ground = pygame.Surface((self._side_px, self._side_px))
+        self._poses, self._seen = np.zeros((0, 0, 3)), np.zeros((0, 0), dtype=bool)
+
+    def paint(self, scene: Scene, target: pygame.Surface) -> None:
+        """Draw a scene on a surface of the side that was asked for."""
+        self._update_ground(scene)
+        self._big.blit(self._ground, (0, 0))
+        now, believed = self._camera.px(scene.true[:, -1, :2]), self._camera.px(scene.estimate[..., :2])
+        off = np.hypot(*(believed[:, -1] - now).T) > 0.5 * self._size
+        self._links(scene, now)
+        self._estimates(scene, believed, off)
+        self._calls(scene, now)
+        self._robots(scene, now, believed[:, -1], off)
+        self._meetings(scene, now)
+        pygame.transform.smoothscale(self._big, target.get_size(), target)
+
+    def _update_ground(self, scene: Scene) -> None:
+        """Add what is new to what is kept."""
+        n_old = self._poses.shape[1]
+        goes_on = np.array_equal(scene.true[:, :n_old], self._poses) and not (self._seen & ~scene.seen).any()
+        if n_old == 0 or not goes_on:
+            self._bare_ground()
+            n_old, self._seen = 0, np.zeros_like(scene.seen)
+        self._show_cells(scene.seen & ~self._seen)
+        path = self._camera.px(scene.true[..., :2])
+        for t in range(n_old, path.shape[1]):  # in the order of time, as if every tick had been drawn
+            for robot, own in enumerate(path[:, max(t - 1, 0) : t + 1]):
+                marks.ribbon(self._ground, own, marks.robot_colour(robot), self._size)
+        self._poses, self._seen = scene.true, scene.seen
+
+    def _bare_ground(self) -> None:
+        """Paper, floor that nobody has seen, obstacles, a scale."""
+        camera, side = self._camera, self._room_m * self._camera.px_per_m
+        self._ground.fill(marks.PAPER)
+        top = camera.bottom_px - side
+        self._ground.fill(
+            marks.UNSEEN, pygame.Rect(round(camera.left_px), round(top), round(side), round(side))
+        )
+        self._obstacles()
+        length_m = max((m for m in (0.5, 1, 2, 5, 10, 20, 50, 100) if m <= self._room_m / 4), default=0.5)
+        end = camera.left_px + length_m * camera.px_per_m
+        y = camera.bottom_px + 0.022 * self._side_px
+        pygame.draw.line(self._ground, marks.INK, (camera.left_px, y), (end, y), 4)
+        for x in (camera.left_px, end):
+            pygame.draw.line(self._ground, marks.INK, (x, y - 8), (x, y + 8), 4)
+        place = (end + 0.012 * self._side_px, y)
+        write(self._ground, f"{length_m:g} m", place, 0.025 * self._side_px, marks.INK, middle=True)
+
+    def _show_cells(self, new: Bool[np.ndarray, "cells cells"]) -> None:
+        """Floor that came into view turns bright where nothing is drawn on it yet."""
+        corners_m = CELL_M * (np.argwhere(new)[:, None] + np.array([[0, 1], [1, 0]]))
+        unseen, seen = (self._ground.map_rgb(colour) for colour in (marks.UNSEEN, marks.SEEN))
+        pixels = pygame.surfarray.pixels2d(self._ground)
+        boxes = np.rint(self._camera.px(np.minimum(corners_m, self._room_m))).astype(int)
+        for (left, top), (right, bottom) in boxes.tolist():
+            cell = pixels[left:right, top:bottom]
+            cell[cell == unseen] = seen
+
+    def _obstacles(self) -> None:
+        """Obstacles and walls."""
+        for corners_m in self._world.layout.obstacles_m:
+            corners = self._camera.px(corners_m).tolist()
+            pygame.draw.polygon(self._ground, marks.OBSTACLE, corners)
+            pygame.draw.polygon(self._ground, marks.WALL, corners, 3)
+        walls = self._camera.px(self._world.layout.walls_m)
+        for begin, end in walls.tolist():
+            pygame.draw.line(self._ground, marks.WALL, begin, end, 6)
+
+    def _links(self, scene: Scene, now: Float[np.ndarray, "robots 2"]) -> None:
+        """Who hears whom, fast links on top."""
+        order = np.argsort(scene.rate_share, kind="stable")
+        for (i, j), share in zip(scene.pairs[order].tolist(), scene.rate_share[order].tolist(), strict=True):
+            width = marks.rate_width(share, self._size)
+            pygame.draw.line(self._big, marks.rate_colour(share), now[i], now[j], width)
+
+    def _estimates(
+        self, scene: Scene, believed: Float[np.ndarray, "robots times 2"], off: Bool[np.ndarray, " robots"]
+    ) -> None:
+        """Estimated trajectories, and how far their ends are off."""
+        for robot, own in enumerate(believed):
+            marks.thread(self._big, own, marks.robot_colour(robot), self._size)
+        rings = self._camera.px(scene.rings_m)
+        for robot in np.flatnonzero(off | scene.is_covariance).tolist():
+            marks.ring(self._big, rings[robot], marks.robot_colour(robot), self._size)
+
+    def _calls(self, scene: Scene, now: Float[np.ndarray, "robots 2"]) -> None:
+        """Calls, and the direction from which their callees hear them."""
+        for (caller, callee), lobe in zip(scene.calls.tolist(), scene.lobes, strict=True):
+            outline = now[callee] + _LOBE * self._side_px * lobe * np.array([1.0, -1.0])
+            marks.lobe(self._big, outline)
+            marks.call(self._big, now[caller], now[callee], self._size)
+            marks.waves(self._big, now[caller], self._size)
+
+    def _robots(
+        self,
+        scene: Scene,
+        now: Float[np.ndarray, "robots 2"],
+        believed: Float[np.ndarray, "robots 2"],
+        off: Bool[np.ndarray, " robots"],
+    ) -> None:
+        """Robots as they believe to be, tied to the robots as they are."""
+        yaw_rad, believed_rad = scene.true[:, -1, 2].tolist(), scene.estimate[:, -1, 2].tolist()
+        for robot in np.flatnonzero(off).tolist():
+            colour = marks.robot_colour(robot)
+            pygame.draw.line(self._big, colour, now[robot], believed[robot], 2)
+            marks.ghost(self._big, believed[robot], believed_rad[robot], self._size, colour)
+        for robot in range(len(now)):
+            marks.robot(self._big, now[robot], yaw_rad[robot], self._size, marks.robot_colour(robot))
+
+    def _meetings(self, scene: Scene, now: Float[np.ndarray, "robots 2"]) -> None:
+        """A small star where each robot last met, a large one where robots meet now."""
+        for place in self._camera.px(scene.last_met_m):
+            marks.star(self._big, place, 1.1 * self._size)
+        for group in scene.met:
+            members = now[list(group)]
+            middle = members.mean(axis=0)
+            reach = float(np.hypot(*(members - middle).T).max())
+            marks.glow(self._big, middle, reach + 4.0 * self._size)
+            for robot in group:
+                pose = scene.true[robot, -1]
+                marks.robot(self._big, now[robot], float(pose[2]), self._size, marks.robot_colour(robot))
+            above = np.array([0.0, -(reach + 2.0 * self._size)])
+            marks.star(self._big, middle + above, 2.0 * self._size)

@@ -1,0 +1,151 @@
+"""What a picture shows of a `Tick`, as arrays in metres. Reads the truth, so it is for eyes only."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from envs._observation import N_BINS, bin_azimuths
+from wifipgo.radio.bands import band_of
+from wifipgo.rendezvous import NOBODY
+from wifipgo.scenarios import Scenario
+from wifipgo.state import Belief, Tick
+
+# Names under which a belief may hold the covariances of the newest positions, (robots, 2, 2), m^2.
+_COVARIANCES = ("position_cov_m2", "position_cov")
+_RING_STEPS = 48
+# Semi-axes of the region that holds a Gaussian in the plane with 95 %, in standard deviations.
+SIGMAS_95 = float(np.sqrt(-2.0 * np.log(0.05)))
+
+
+class Camera(NamedTuple):
+    """Where the square room lies on a surface: y points up in the room and down on the surface."""
+
+    px_per_m: float
+    left_px: float
+    bottom_px: float
+
+    @classmethod
+    def on_square(cls, side_px: int, room_m: float, *, margin_px: float) -> "Camera":
+        """Camera that shows a room on a square, with a margin on all sides."""
+        return cls((side_px - 2.0 * margin_px) / room_m, margin_px, side_px - margin_px)
+
+    def px(self, p_m: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarray, "*batch 2"]:
+        """Pixels of points."""
+        flipped = p_m * np.array([self.px_per_m, -self.px_per_m])
+        return flipped + np.array([self.left_px, self.bottom_px])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Scene:
+    """A moment of an episode.
+
+    Attributes:
+        t: Iterations done.
+        true: Poses up to now.
+        estimate: The same as the robots now believe them.
+        seen: Cells that somebody has seen.
+        pairs: Robots of which one listens to the other.
+        rate_share: Rate of each such link, of the band's top rate.
+        calls: (caller, callee) of each call that is up.
+        lobes: For each call, the callee's AOA profile of its caller in the bins of an observation, as
+            an outline around the callee with a maximum of 1; zeros where it does not hear its caller.
+        met: Groups that meet now.
+        last_met_m: Where each robot that ever met last did.
+        rings_m: Outline around each newest estimate: where the robot is with 95 % if the belief holds
+            covariances, else the circle through the truth.
+        is_covariance: Which of the two the rings are.
+        err_share: Err_i of each robot over the threshold.
+    """
+
+    t: int
+    true: Float[np.ndarray, "robots times 3"]
+    estimate: Float[np.ndarray, "robots times 3"]
+    seen: Bool[np.ndarray, "cells cells"]
+    pairs: Int[np.ndarray, "links 2"]
+    rate_share: Float[np.ndarray, " links"]
+    calls: Int[np.ndarray, "calls 2"]
+    lobes: Float[np.ndarray, "calls bins 2"]
+    met: tuple[tuple[int, ...], ...]
+    last_met_m: Float[np.ndarray, "places 2"]
+    rings_m: Float[np.ndarray, "robots steps 2"]
+    is_covariance: bool
+    err_share: Float[np.ndarray, " robots"]
+
+    @property
+    def rms_error_m(self) -> float:
+        """Root mean square distance of the newest estimates from the truth."""
+        gap_m = self.estimate[:, -1, :2] - self.true[:, -1, :2]
+        return float(np.sqrt((gap_m**2).sum(axis=1).mean()))
+
+
+def scene_of(tick: Tick, scenario: Scenario) -> Scene:
+    """Gather what a picture shows."""
+    truth, belief = tick.truth, tick.belief
+    pairs = _listening(belief)
+    top_mbit_s = band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s
+    caller = np.flatnonzero(belief.calls.callee != NOBODY)
+    calls = np.stack([caller, belief.calls.callee[caller]], axis=1)
+    met = np.flatnonzero(belief.last_met > 0)
+    covariance = _covariances(belief)
+    return Scene(
+        t=belief.t,
+        true=truth.poses,
+        estimate=belief.estimate,
+        seen=truth.cells.seen,
+        pairs=pairs,
+        rate_share=belief.rate_mbit_s[pairs[:, 0], pairs[:, 1]] / top_mbit_s,
+        calls=calls,
+        lobes=_lobes(belief, calls, truth.poses[:, -1, 2]),
+        met=belief.met,
+        last_met_m=truth.poses[met, belief.last_met[met], :2],
+        rings_m=_rings(belief.estimate[:, -1, :2], truth.poses[:, -1, :2], covariance),
+        is_covariance=covariance is not None,
+        err_share=belief.err / scenario.rendezvous.err_threshold,
+    )
+
+
+def _listening(belief: Belief) -> Int[np.ndarray, "links 2"]:
+    """Links that robots use: those to the neighbours in their slots, each once."""
+    robot, slot = np.nonzero(belief.slots != NOBODY)
+    linked = np.zeros(belief.rate_mbit_s.shape, dtype=bool)
+    linked[robot, belief.slots[robot, slot]] = True
+    return np.argwhere(np.triu(linked | linked.T, 1))
+
+
+def _covariances(belief: Belief) -> Float[np.ndarray, "robots 2 2"] | None:
+    """Covariances of the newest positions, where the belief holds any."""
+    found = (getattr(belief, name, None) for name in _COVARIANCES)
+    return next((np.asarray(value) for value in found if value is not None), None)
+
+
+def _lobes(
+    belief: Belief, calls: Int[np.ndarray, "calls 2"], yaw_rad: Float[np.ndarray, " robots"]
+) -> Float[np.ndarray, "calls bins 2"]:
+    """Profiles of callers at their callees, turned from body to world."""
+    caller, callee = calls.T
+    heard = belief.slots[callee] == caller[:, None]
+    fine = np.where(heard.any(axis=1)[:, None], belief.profile[callee, heard.argmax(axis=1)], 0.0)
+    profile = fine.reshape(len(calls), N_BINS, fine.shape[1] // N_BINS).max(axis=2)
+    radius = profile / np.maximum(profile.max(axis=1, keepdims=True), np.finfo(np.float32).tiny)
+    azimuth_rad = yaw_rad[callee][:, None] + bin_azimuths()
+    return radius[..., None] * np.stack([np.cos(azimuth_rad), np.sin(azimuth_rad)], axis=-1)
+
+
+def _rings(
+    estimate_m: Float[np.ndarray, "robots 2"],
+    true_m: Float[np.ndarray, "robots 2"],
+    covariance_m2: Float[np.ndarray, "robots 2 2"] | None,
+) -> Float[np.ndarray, "robots steps 2"]:
+    """See `Scene.rings_m`."""
+    turn_rad = np.linspace(0.0, 2.0 * np.pi, _RING_STEPS, endpoint=False)
+    circle = np.stack([np.cos(turn_rad), np.sin(turn_rad)])
+    if covariance_m2 is None:
+        error_m = np.linalg.norm(estimate_m - true_m, axis=1)
+        ring_m = error_m[:, None, None] * circle.T
+    else:
+        variance_m2, axes = np.linalg.eigh(covariance_m2)
+        stretch = axes * (SIGMAS_95 * np.sqrt(np.maximum(variance_m2, 0.0)))[:, None, :]
+        ring_m = np.swapaxes(stretch @ circle, 1, 2)
+    return estimate_m[:, None] + ring_m
