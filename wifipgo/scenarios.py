@@ -29,6 +29,7 @@ class Scenario:
     Attributes:
         name: Key in `SCENARIOS`, or the name of the file that it was read from.
         source: Which numbers are the paper's and which are ours.
+        n_robots: Robots, at least 2.
         n_steps: Iterations of an episode.
         n_slots: Neighbours that a robot listens to and observes, at most ``n_robots - 1``.
         max_measurements: End the episode once this many relative poses between robots are taken; 0: never.
@@ -97,6 +98,16 @@ class Scenario:
 _PARTS: Mapping[str, type] = MappingProxyType(
     {f.name: f.default_factory for f in fields(Scenario) if is_dataclass(f.default_factory)}  # type: ignore[misc]
 )
+
+
+def part_types() -> Mapping[str, type]:
+    """The scenario's parts by name."""
+    return _PARTS
+
+
+def field_kinds() -> Mapping[str, Any]:
+    """Declared type of every field that can be overridden."""
+    return _KINDS
 
 
 def field_owners() -> dict[str, str]:
@@ -250,7 +261,9 @@ __all__ = [
     "SCENARIOS",
     "Scenario",
     "UnknownNameError",
+    "field_kinds",
     "field_owners",
+    "part_types",
     "scenario_from",
     "scenario_named",
     "scenario_toml",

@@ -63,6 +63,15 @@ class AoaConfig:
     ``n_paths`` is the size of MUSIC's signal subspace, and only its. The product of two paths
     spans three dimensions over subcarriers: their own terms, which share one, and the
     two cross terms, which turn opposite ways.
+
+    Attributes:
+        antenna_gap_m: Distance between the two antennas.
+        turn_rad: Angle by which a robot turns in place at the end of an iteration.
+        n_positions: Packets that arrive during a turn.
+        n_azimuths: Directions of a profile, a multiple of 72.
+        aoa_estimator: A name in `ESTIMATORS`: "product", "ratio" (the paper's) or "music".
+        n_peaks: Highest peaks of a profile that count as directions of a neighbour (N of Eq. 10).
+        n_paths: Paths of MUSIC's signal subspace.
     """
 
     antenna_gap_m: float = 0.22

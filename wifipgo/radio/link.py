@@ -37,7 +37,12 @@ _HIGHEST_RATE_MBIT_S = max(band.top_rate_mbit_s for band in BANDS.values())
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkConfig:
-    """What a rendezvous asks of a link. Both numbers are ours: the paper gives neither q nor alpha."""
+    """What a rendezvous asks of a link. Both numbers are ours: the paper gives neither q nor alpha.
+
+    Attributes:
+        q_mbit_s: Rate that a rendezvous needs (q of Eq. 1).
+        alpha: Factor on the service discrepancy (alpha of Eq. 1).
+    """
 
     q_mbit_s: float = 39.0
     alpha: float = 1.0

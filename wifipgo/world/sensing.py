@@ -22,7 +22,11 @@ class SensingConfig:
     how long before (``revisit_gap``) is ours.
 
     Attributes:
+        sigma_t_m: Standard deviation of a measured translation, in x and in y.
+        sigma_r_rad: Standard deviation of a measured rotation.
         noise_scale: One factor per robot on both sigmas, or empty for all 1.
+        sensor_range_m: How far robots measure the poses of others and of places.
+        revisit_gap: Iterations after which a robot measures a place that it passed again.
         outlier_share: Share of relative poses between robots that are outliers.
         outlier_min_sigma, outlier_max_sigma: Size of an outlier's error in every component (paper Sec. 7.3).
     """

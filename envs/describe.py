@@ -1,0 +1,111 @@
+"""What a scenario is: ``python -m envs.describe paper-hw-2-obstacles``."""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+from rich.console import Console
+from rich.text import Text
+
+from envs._rendezvous import RendezvousEnv
+from envs._tables import (
+    action_table,
+    agent_table,
+    fields_markdown,
+    observation_table,
+    scenario_table,
+    value_table,
+)
+from wifipgo.errors import require
+from wifipgo.scenarios import Scenario, scenario_named, scenario_toml
+from wifipgo.settings import key_value
+
+# Columns of tables that go to a file or another program.
+_WIDTH = 132
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DescribeConfig:
+    """Agents, actions, observation and values of a scenario, and a picture of its room.
+
+    Example: python -m envs.describe paper-hw-2-obstacles --out room.png
+
+    Example: python -m envs.describe room.toml --set n_obstacles=6 size_m=30 --seed 4
+
+    Example: python -m envs.describe paper-hw-2 --set size_m=30 --toml > room.toml
+
+    Attributes:
+        scenario: Scenario, e.g. paper-hw-2, or a file, e.g. room.toml; an unknown one lists those that exist.
+        overrides: Other values for fields of the scenario: --set n_obstacles=4 size_m=30.
+        seed: Seed of the world whose starts and obstacles are shown.
+        out: PNG file for the picture; results/describe/NAME.png if not given.
+        list: Only list the scenarios that exist.
+        toml: Only print the scenario as a TOML file that says everything.
+        fields: Only print every field with type, unit, default and meaning, as in docs/scenarios.md.
+    """
+
+    scenario: tyro.conf.Positional[str] = "paper-hw-2"
+    overrides: Annotated[tuple[str, ...], tyro.conf.arg(name="set", metavar="KEY=VALUE ...")] = ()
+    seed: int = 0
+    out: Path | None = None
+    list: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    toml: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    fields: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+
+
+def describe(config: DescribeConfig, *, console: Console) -> None:
+    """Print what is asked for; the picture is written last.
+
+    Raises:
+        ValueError: A name or value that is refused; the message lists what exists.
+        OSError: A scenario that cannot be read, or a picture that cannot be written.
+    """
+    require(config.seed >= 0, "seed", ">= 0", config.seed)
+    if config.list:
+        console.print(scenario_table())
+    elif config.fields:
+        console.out(fields_markdown(), end="", highlight=False)
+    else:
+        scenario = scenario_named(config.scenario).with_overrides(**dict(map(key_value, config.overrides)))
+        if config.toml:
+            console.out(scenario_toml(scenario), end="", highlight=False)
+        else:
+            _describe(scenario, config, console)
+
+
+def _describe(scenario: Scenario, config: DescribeConfig, console: Console) -> None:
+    from envs._arena_picture import draw_room  # noqa: PLC0415 (matplotlib loads slowly, and only here)
+
+    env = RendezvousEnv(scenario)
+    env.reset(seed=config.seed)
+    console.print(Text(scenario.name, style="bold"))
+    console.print(Text(scenario.source))
+    tables = (agent_table(env, config.seed), action_table(env), observation_table(env), value_table(scenario))
+    for table in tables:
+        console.print()
+        console.print(table)
+    path = config.out or Path("results/describe") / f"{Path(scenario.name).name}.png"
+    draw_room(path, env, seed=config.seed)
+    console.print(Text(f"\npicture: {path}"))
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run from the command line; 0 done, 2 refused."""
+    console = Console() if sys.stdout.isatty() else Console(width=_WIDTH)
+    errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
+    try:
+        describe(tyro.cli(DescribeConfig, prog="python -m envs.describe", args=args), console=console)
+    except OSError as failure:
+        errors.print(f"error: {failure.filename or 'system'}: {failure.strerror or failure}")
+        return 2
+    except ValueError as failure:
+        errors.print(f"error: {failure}")
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
