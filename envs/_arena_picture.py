@@ -48,7 +48,8 @@ def _draw_walls(axes: Axes, env: RendezvousEnv) -> None:
         by_hand = k < n_by_hand
         axes.add_patch(Polygon(corners, closed=True, fc="0.65" if by_hand else "0.85", ec="0.35", lw=0.8))
         if by_hand:
-            axes.text(*corners.mean(axis=0), str(k), ha="center", va="center", fontsize=8)
+            x, y = corners.mean(axis=0).tolist()
+            axes.text(x, y, str(k), ha="center", va="center", fontsize=8)
 
 
 def _draw_robot(axes: Axes, env: RendezvousEnv, k: int, start: np.ndarray) -> None:

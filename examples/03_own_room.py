@@ -46,7 +46,7 @@ for n_obstacles in (0, 2, 4):  # a curriculum: options hold for one episode
     observations, infos = env.reset(seed=3, options={"n_obstacles": n_obstacles})
     policy.reset(3)
     while env.agents:
-        observations, _, _, _, infos = env.step(policy.act(observations))
+        observations, *_, infos = env.step(policy.act(observations))
     distance_m = np.round([info["distance_m_truth"] for info in infos.values()], 1)
     seen = infos["robot_0"]["coverage_truth"]
     print(f"{n_obstacles} boxes beside the L: robots drove {distance_m} m and saw {seen:.0%} of the room")
