@@ -228,13 +228,14 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
 
 def _commands(actions: Mapping[str, Any], agents: list[str]) -> Commands:
     """Check actions and stack them; a waypoint or request outside [-1, 1] is clipped."""
-    for name in actions:
-        require(name in agents, f"actions[{name!r}]", f"for one of {agents}", name)
+    for name in actions.keys() - set(agents):
+        require(False, f"actions[{name!r}]", f"for one of {agents}", name)
     for agent in agents:
         if agent not in actions:
             raise ValueError(f"actions[{agent!r}] must be given: one action for each live agent")
         shape = np.shape(actions[agent])
-        require(shape == (3,), f"actions[{agent!r}]", "of shape (3,)", shape)
+        if shape != (3,):
+            require(False, f"actions[{agent!r}]", "of shape (3,)", shape)
     rows = np.array([actions[agent] for agent in agents], dtype=np.float64)
     for i in np.flatnonzero(~np.isfinite(rows).all(axis=1)).tolist():
         raise ValueError(f"actions[{agents[i]!r}] must be finite, got {rows[i].tolist()}")

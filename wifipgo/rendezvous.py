@@ -179,8 +179,10 @@ def meet(
     solved, _ = solve_guarded(
         estimate, edges, bearings, robots=group, outliers=at_once, third_party=cfg.third_party
     )
-    n_edges = int(np.isin(edges.tail[:, 0], group).sum())
-    n_bearings = int(np.isin(bearings.observer[:, 0], group).sum())
+    member = np.zeros(len(estimate), dtype=bool)
+    member[group] = True
+    n_edges = int(member[edges.tail[:, 0]].sum())
+    n_bearings = int(member[bearings.observer[:, 0]].sum())
     content = BYTES_PER_POSE * len(group) * estimate.shape[1]
     content += BYTES_PER_EDGE * n_edges + BYTES_PER_BEARING * n_bearings
     return Meeting(solved, retold(edges, solved, robots=group), content * (len(group) - 1))

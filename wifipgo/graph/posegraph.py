@@ -74,9 +74,10 @@ class Edges:
         weights = np.broadcast_to(np.asarray(weight, dtype=np.float64), (n,))
         require(bool((sigmas > 0.0).all()), "Edges.sigma", "> 0", sigma)
         require(bool(((weights >= 0.0) & (weights <= 1.0)).all()), "Edges.weight", "in [0, 1]", weight)
-        strangers = int((tail[:, 0] != head[:, 0]).sum())
-        require(told is not None or strangers == 0, "Edges.told", "given for edges between robots", told)
-        told = np.zeros((n, 3)) if told is None else told
+        if told is None:
+            alone = not (tail[:, 0] != head[:, 0]).any()
+            require(alone, "Edges.told", "given for edges between robots", told)
+            told = np.zeros((n, 3))
         return cls(tail=tail, head=head, z=z, sigma=sigmas, weight=weights, told=told)
 
     @property
@@ -88,17 +89,18 @@ class Edges:
 def extended(edges: Edges, *more: Edges) -> Edges:
     """Append measurements."""
     parts = (edges, *more)
-    return _by_field(np.concatenate([getattr(part, f) for part in parts]) for f in _NAMES)
+    return Edges(**{f: np.concatenate([getattr(part, f) for part in parts]) for f in _NAMES})
 
 
 def select(edges: Edges, rows: Bool[np.ndarray, " edges"] | Int[np.ndarray, " rows"]) -> Edges:
     """Keep the rows of a mask, or those listed, in the order listed."""
-    return _by_field(getattr(edges, f)[rows] for f in _NAMES)
+    return Edges(**{f: getattr(edges, f)[rows] for f in _NAMES})
 
 
 def retold(edges: Edges, poses: Float[np.ndarray, "robots times 3"], *, robots: Iterable[int]) -> Edges:
     """Let the given robots tell each other their current poses (what a rendezvous exchanges)."""
-    among = np.isin(np.arange(len(poses)), list(robots))
+    among = np.zeros(len(poses), dtype=bool)
+    among[list(robots)] = True
     rows = np.flatnonzero(among[edges.tail[:, 0]] & among[edges.head[:, 0]])
     told = edges.told.copy()
     told[rows] = poses[edges.head[rows, 0], edges.head[rows, 1]]
@@ -106,8 +108,3 @@ def retold(edges: Edges, poses: Float[np.ndarray, "robots times 3"], *, robots: 
 
 
 _NAMES = tuple(f.name for f in fields(Edges))
-
-
-def _by_field(columns: Iterable[np.ndarray]) -> Edges:
-    """Build edges from one array per field, in the order of the fields."""
-    return Edges(**dict(zip(_NAMES, columns, strict=True)))

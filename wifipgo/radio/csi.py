@@ -112,23 +112,36 @@ def subcarrier_phasors(
     delay_s: Float[np.ndarray, "links paths"], *, bandwidth_hz: float = 20e6
 ) -> Complex[np.ndarray, "links paths subcarriers"]:
     """Phase that each path's delay adds at each reported subcarrier, relative to the carrier."""
-    subcarriers = band_of(bandwidth_hz).subcarriers
-    # One exponential per path: powers by doubling cost a multiplication each.
-    n_powers = 1 << int(np.abs(subcarriers).max() - 1).bit_length()
-    powers = np.empty((*delay_s.shape, n_powers), dtype=np.complex64)
-    powers[..., 0] = np.exp(-2j * np.pi * SUBCARRIER_SPACING_HZ * delay_s)
-    for done in (1 << k for k in range(n_powers.bit_length() - 1)):
-        np.multiply(powers[..., :done], powers[..., done - 1, None], out=powers[..., done : 2 * done])
-    phasors = powers.take(np.abs(subcarriers) - 1, axis=-1)
-    below = phasors[..., : np.count_nonzero(subcarriers < 0)]
-    np.conjugate(below, out=below)
-    return phasors
+    angle_rad = _subcarrier_angles(delay_s, bandwidth_hz)
+    out = np.empty(angle_rad.shape, dtype=np.complex64)
+    np.cos(angle_rad, out=out.real)
+    np.sin(angle_rad, out=out.imag)
+    return out
+
+
+def _subcarrier_angles(
+    delay_s: Float[np.ndarray, "links paths"], bandwidth_hz: float
+) -> Float32[np.ndarray, "links paths subcarriers"]:
+    """Phase in single precision, rad; whole turns between neighbours would cost it its digits."""
+    turns = -SUBCARRIER_SPACING_HZ * delay_s
+    turns -= np.rint(turns)
+    each = np.multiply(2.0 * np.pi, turns, dtype=np.float32, casting="same_kind")
+    return each[..., None] * band_of(bandwidth_hz).subcarriers.astype(np.float32)
 
 
 def centre_channel(paths: Paths, *, bandwidth_hz: float = 20e6) -> Complex[np.ndarray, "links subcarriers"]:
     """Noise-free channel at the receiver's centre, gain per subcarrier."""
-    gain = paths.gain.astype(np.complex64)
-    return np.matmul(gain[:, None, :], subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz))[:, 0]
+    angle_rad, gain = _subcarrier_angles(paths.delay_s, bandwidth_hz), paths.gain.astype(np.complex64)
+    n_links, n_paths, n_subcarriers = angle_rad.shape
+    # Real and imaginary parts as one real product: half the work, and each written in one piece.
+    waves = np.empty((n_links, 2, n_paths, n_subcarriers), dtype=np.float32)
+    np.cos(angle_rad, out=waves[:, 0])
+    np.sin(angle_rad, out=waves[:, 1])
+    shares = np.empty((n_links, 2, 2, n_paths), dtype=np.float32)
+    shares[:, 0, 0], shares[:, 0, 1] = gain.real, -gain.imag
+    shares[:, 1, 0], shares[:, 1, 1] = gain.imag, gain.real
+    parts = shares.reshape(n_links, 2, -1) @ waves.reshape(n_links, -1, n_subcarriers)
+    return parts[:, 0] + np.complex64(1j) * parts[:, 1]
 
 
 def pair_csi(
@@ -156,11 +169,17 @@ def pair_csi(
     """
     half_turns = np.pi * antenna_gap_m / wavelength_m
     away_rad = (paths.azimuth_rx_rad[:, None, :] - heading_rad[:, :, None]).astype(np.float32)
-    ahead = _phasors(np.float32(half_turns) * np.cos(away_rad))
-    per_path = paths.gain.astype(np.complex64)[:, None, :]
-    antennas = np.concatenate([ahead * per_path, ahead.conj() * per_path], axis=1)
-    channel = np.matmul(antennas, subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz))
-    return channel.reshape(len(heading_rad), 2, heading_rad.shape[1], channel.shape[-1])
+    angle_rad = np.float32(half_turns) * np.cos(away_rad)
+    per_path = subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz)
+    per_path *= paths.gain.astype(np.complex64)[:, :, None]
+    turned = per_path * np.complex64(1j)
+    # exp(+-j angle) = cos +- j sin: both antennas share two products that are real on one side.
+    even = np.cos(angle_rad) @ per_path.view(np.float32)
+    odd = np.sin(angle_rad) @ turned.view(np.float32)
+    out = np.empty((len(even), 2, *even.shape[1:]), dtype=np.float32)
+    np.add(even, odd, out=out[:, 0])
+    np.subtract(even, odd, out=out[:, 1])
+    return out.view(np.complex64)
 
 
 def antenna_offsets(

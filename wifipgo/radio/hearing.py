@@ -17,15 +17,13 @@ from wifipgo.radio.impairments import ImpairmentConfig, Standing, true_headings
 from wifipgo.radio.paths import Paths, Surfaces, trace_paths
 
 Antennas = tuple[Sequence[float], ...]
-# Which column of `link.esnr_db` is shown to robots: 64-QAM saturates last.
-_SHOWN_MODULATION = 3
 
 
 class Links(NamedTuple):
     """State of the links between all pairs; the channel is reciprocal, so both tables are symmetric.
 
     Attributes:
-        esnr_db: Effective SNR for 64-QAM; -30 on the diagonal.
+        esnr_db: Effective SNR for 64-QAM, which saturates last; -30 on the diagonal.
         rate_mbit_s: rho_ij of paper Eq. 1; 0 where not even a ping passes, and on the diagonal.
         paths: Propagation paths, one row per pair, from its lower to its higher robot.
         row: Row of each pair in ``paths``.
@@ -54,9 +52,7 @@ def probe_links(
         standing: What the episode keeps; only its diffuse cluster matters here.
     """
     n = len(p_m)
-    low, high = np.triu_indices(n, 1)
-    row = np.zeros((n, n), dtype=np.int64)
-    row[low, high] = row[high, low] = np.arange(len(low))
+    low, high, row = _pairs(n)
     paths = trace_paths(
         p_m[low],
         p_m[high],
@@ -68,11 +64,23 @@ def probe_links(
     if standing is not None and standing.diffuse is not None:
         paths = with_diffuse(paths, p_m[low], p_m[high], standing.diffuse, carrier_hz=cfg.carrier_hz)
     channel = csi.centre_channel(paths, bandwidth_hz=cfg.bandwidth_hz)
-    effective_db = link.esnr_db(cfg.snr_scale * (channel.real**2 + channel.imag**2).astype(np.float64))
-    rate, esnr = np.zeros((n, n)), np.full((n, n), -30.0)
-    rate[low, high] = rate[high, low] = link.rate_mbit_s(effective_db, bandwidth_hz=cfg.bandwidth_hz)
-    esnr[low, high] = esnr[high, low] = effective_db[:, _SHOWN_MODULATION]
+    power = (channel.real**2 + channel.imag**2).astype(np.float64)
+    carried, shown_db = link.carried(cfg.snr_scale * power, bandwidth_hz=cfg.bandwidth_hz)
+    rate, esnr = carried.take(row), shown_db.take(row)
+    itself = slice(None, None, n + 1)
+    rate.flat[itself], esnr.flat[itself] = 0.0, -30.0
     return Links(esnr, rate, paths, row)
+
+
+@functools.lru_cache(maxsize=8)
+def _pairs(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Lower and higher robot of every pair, and the table that finds a pair's row."""
+    low, high = np.triu_indices(n, 1)
+    row = np.zeros((n, n), dtype=np.int64)
+    row[low, high] = row[high, low] = np.arange(len(low))
+    for array in (low, high, row):
+        array.setflags(write=False)
+    return low, high, row
 
 
 def _towards(links: Links, receiver: np.ndarray, sender: np.ndarray) -> Paths:
@@ -192,6 +200,7 @@ def listen(
         cfg=cfg,
         chain_rad=None if standing is None or cfg.chain_phase_rad == 0.0 else standing.chain_rad[receiver],
         bandwidth_hz=radio.bandwidth_hz,
+        only_between=True,
     )
     arrived = _arrived(received, links.rate_mbit_s[receiver, sender] > 0.0, cfg)
     # A subspace needs more packets than dimensions; nothing else asks for more than one.

@@ -6,9 +6,10 @@ error rate over subcarriers.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy.special import log_ndtr
 
 from wifipgo.errors import require
@@ -26,12 +27,14 @@ _LOG_BER = np.log(_BER_SCALE)[:, None] + log_ndtr(
     -np.sqrt(2.0 * 10.0 ** (_TABLE_DB / 10.0) / _SNR_SPREAD[:, None])
 )
 _LOG_BER_RISE = np.diff(_LOG_BER, axis=1, append=_LOG_BER[:, -1:])
+_MINUS_LOG_BER = -_LOG_BER  # ascends, as interpolation wants it
 
 _LEAST_ESNR_DB = -30.0
 
 # What MCS 0 to 7 need, whatever the bandwidth, and the modulation in which it is measured.
 RATE_ESNR_DB = np.array([4.0, 7.0, 9.0, 12.0, 16.0, 20.0, 21.0, 22.0])
 _RATE_MODULATION = np.array([0, 1, 1, 2, 2, 3, 3, 3])
+_MCS_OF = tuple(np.flatnonzero(modulation == _RATE_MODULATION) for modulation in range(4))
 _HIGHEST_RATE_MBIT_S = max(band.top_rate_mbit_s for band in BANDS.values())
 
 
@@ -63,22 +66,78 @@ def esnr_db(snr: Float[np.ndarray, "links subcarriers"]) -> Float[np.ndarray, "l
     Returns:
         Effective SNR, in [-30, 60] dB.
     """
-    place = (10.0 * np.log10(np.maximum(snr, 1e-6)) - _TABLE_DB[0]) / _STEP_DB
-    np.clip(place, 0.0, len(_TABLE_DB) - 1.0, out=place)
-    below = place.astype(np.intp)
-    place -= below
-    tables = zip(_LOG_BER, _LOG_BER_RISE, strict=True)
-    flat_db = [_flat_snr_db(table.take(below) + place * rise.take(below), table) for table, rise in tables]
-    return np.maximum(np.stack(flat_db, axis=-1), _LEAST_ESNR_DB)
+    places = _Places.of(snr)
+    return np.stack([_flat_snr_db(places, modulation) for modulation in range(4)], axis=-1)
 
 
-def _flat_snr_db(
-    log_ber: Float[np.ndarray, "links subcarriers"], table: Float[np.ndarray, " places"]
-) -> Float[np.ndarray, " links"]:
+class _Places(NamedTuple):
+    """Where SNRs lie in the tables: the entry below, how far to the next, and the lowest of each link.
+
+    Links come last, which makes sums over subcarriers fast.
+    """
+
+    below: Int[np.ndarray, "subcarriers links"]
+    beyond: Float[np.ndarray, "subcarriers links"]
+    least: Float[np.ndarray, " links"]
+
+    @classmethod
+    def of(cls, snr: Float[np.ndarray, "links subcarriers"]) -> "_Places":
+        """Look SNRs up."""
+        place = np.maximum(snr.T, 1e-6, order="C")
+        np.log10(place, out=place)
+        place *= 10.0 / _STEP_DB
+        place -= _TABLE_DB[0] / _STEP_DB
+        np.minimum(place, len(_TABLE_DB) - 1.0, out=place)
+        below, least = place.astype(np.intp), place.min(axis=0)
+        place -= below
+        return cls(below, place, least)
+
+
+def _flat_snr_db(places: _Places, modulation: int) -> Float[np.ndarray, " links"]:
     """SNR of the flat channel with the same mean error rate, dB."""
-    highest = log_ber.max(axis=1)
-    mean = np.exp(log_ber - highest[:, None]).mean(axis=1)
-    return np.interp(-(highest + np.log(mean)), -table, _TABLE_DB)
+    log_ber, rise = _LOG_BER[modulation], _LOG_BER_RISE[modulation]
+    lowest = places.least.astype(np.intp)
+    highest = log_ber.take(lowest) + (places.least - lowest) * rise.take(lowest)
+    each = rise.take(places.below)
+    each *= places.beyond
+    each += log_ber.take(places.below)
+    each -= highest
+    np.exp(each, out=each)
+    mean = np.log(each.mean(axis=0))
+    mean += highest
+    flat_db = np.interp(-mean, _MINUS_LOG_BER[modulation], _TABLE_DB)
+    return np.maximum(flat_db, _LEAST_ESNR_DB)
+
+
+def carried(
+    snr: Float[np.ndarray, "links subcarriers"], *, bandwidth_hz: float = 20e6
+) -> tuple[Float[np.ndarray, " links"], Float[np.ndarray, " links"]]:
+    """Rate of each link, and its effective SNR for 64-QAM.
+
+    The same as `rate_mbit_s` of `esnr_db`, but a modulation is only looked at where no faster one
+    passes: that is what decides.
+
+    Args:
+        snr: Linear SNR per subcarrier, >= 0.
+        bandwidth_hz: Width of the channel, 20 or 40 MHz.
+
+    Returns:
+        Rate, Mb/s, and effective SNR, dB.
+    """
+    places, rates = _Places.of(snr), band_of(bandwidth_hz).rates_mbit_s
+    shown_db = esnr = _flat_snr_db(places, len(_MCS_OF) - 1)
+    rate, rows = np.zeros(len(snr)), np.arange(len(snr))
+    for modulation in reversed(range(len(_MCS_OF))):
+        if modulation < len(_MCS_OF) - 1:
+            esnr = _flat_snr_db(places, modulation)
+        mcs = _MCS_OF[modulation]
+        n_passed = RATE_ESNR_DB[mcs].searchsorted(esnr, side="right")
+        rate[rows] = np.where(n_passed > 0, rates[mcs[n_passed - 1]], 0.0)
+        left = np.flatnonzero(n_passed == 0)
+        if not len(left):
+            break
+        rows, places = rows[left], _Places(*(column.take(left, axis=-1) for column in places))
+    return rate, shown_db
 
 
 def rate_mbit_s(

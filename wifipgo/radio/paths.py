@@ -13,7 +13,7 @@ from jaxtyping import Complex, Float, Int
 from wifipgo.errors import require
 from wifipgo.radio._ends import checked_ends
 from wifipgo.radio.images import Rays, double_bounces, single_bounces
-from wifipgo.radio.materials import SPEED_OF_LIGHT_M_S, slab_reflection
+from wifipgo.radio.materials import SPEED_OF_LIGHT_M_S, slab_reflection, unit_phasors
 from wifipgo.radio.obstruction import crossed, transmission
 from wifipgo.radio.surfaces import Surfaces, surfaces_of
 
@@ -124,7 +124,7 @@ def _unobstructed(rays: Rays, surfaces: Surfaces, carrier_hz: float) -> Complex[
 
 def _spreading(wavelengths: Float[np.ndarray, " rays"]) -> Complex[np.ndarray, " rays"]:
     """Free-space amplitude and phase over a distance in wavelengths."""
-    return np.exp(-2j * np.pi * wavelengths) / (4.0 * np.pi * wavelengths)
+    return unit_phasors(2.0 * np.pi * (np.rint(wavelengths) - wavelengths)) / (4.0 * np.pi * wavelengths)
 
 
 def _padded(traced: list[tuple[Rays, Complex[np.ndarray, " _"]]], *, n_links: int) -> Paths:

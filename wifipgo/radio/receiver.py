@@ -6,6 +6,7 @@ packets that never arrive, gain control, 8-bit samples.
 """
 
 import functools
+import math
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -49,7 +50,7 @@ def white_noise(
     Raises:
         ValueError: If a block is larger than the table.
     """
-    size = int(np.prod(shape[1:]))
+    size = math.prod(shape[1:])
     require(size <= _NOISE_TABLE_SIZE, "size of a noise block", f"<= {_NOISE_TABLE_SIZE}", size)
     windows = _noise_windows(amplitude, size)
     return windows[rng.integers(len(windows), size=shape[0])].reshape(shape)
@@ -96,6 +97,7 @@ def received_csi(
     cfg: ImpairmentConfig | None = None,
     chain_rad: Float[np.ndarray, "links antennas"] | None = None,
     bandwidth_hz: float = 20e6,
+    only_between: bool = False,
 ) -> Complex[np.ndarray, "links antennas positions subcarriers"]:
     """CSI as the receiver reports it.
 
@@ -106,6 +108,8 @@ def received_csi(
         cfg: What goes wrong; the defaults of `ImpairmentConfig` without.
         chain_rad: Phase offset of each link's receive chains; none without.
         bandwidth_hz: That of the channel's subcarriers.
+        only_between: The caller only compares antennas of one packet and subcarrier, so that what
+            the oscillator and the timing do to both cancels: it is drawn, but not put on.
 
     Returns:
         Noisy CSI, complex64, in units of channel gain, or of the converter with ``agc`` or
@@ -118,7 +122,8 @@ def received_csi(
     if cfg.common_phase or cfg.timing_jitter_s > 0.0:
         table = _oscillator_table(cfg.common_phase, cfg.timing_jitter_s, bandwidth_hz)
         drawn = rng.integers(len(table), size=(len(channel), channel.shape[2]))
-        received *= table.take(drawn, axis=0)[:, None]
+        if not only_between or cfg.agc or cfg.int8:  # which look at I and Q
+            received *= table.take(drawn, axis=0)[:, None]
     if cfg.packet_loss > 0.0:
         arrives = rng.random((len(channel), channel.shape[2]), dtype=np.float32) >= cfg.packet_loss
         received *= arrives[:, None, :, None]

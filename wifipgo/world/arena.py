@@ -19,6 +19,7 @@ _SETTLE_SUBSTEPS = 3
 # An arrival that misses its waypoint by more than this was a bump.
 _MISS_M = 0.02
 _GRIP = 0.4
+_AT_REST = np.zeros(2)
 
 
 class Drive(NamedTuple):
@@ -92,7 +93,7 @@ class Arena:
 
     def _settle(self) -> None:
         """Stop, and let the last substep's overlaps be pushed apart."""
-        self._command(np.zeros((len(self._rows), 2)))
+        self._command(_AT_REST)
         for _ in range(_SETTLE_SUBSTEPS):
             self._space.step(1.0 / self._cfg.n_substeps)
 
@@ -117,8 +118,8 @@ class Arena:
         rounds = _COMMANDS_PER_DRIVE
         for left in range(rounds, 0, -1):
             gap_m = target_m - self.positions()
-            speed = np.linalg.norm(gap_m, axis=1, keepdims=True) * rounds / left
-            self._command(gap_m * rounds / left * np.minimum(1.0, step_m / np.maximum(speed, 1e-12)))
+            away_m = np.hypot(gap_m[:, :1], gap_m[:, 1:])
+            self._command(gap_m * np.minimum(rounds / left, step_m / np.maximum(away_m, 1e-12)))
             for _ in range(self._cfg.n_substeps // rounds):
                 self._space.step(1.0 / self._cfg.n_substeps)
         self._settle()

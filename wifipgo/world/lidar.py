@@ -1,7 +1,7 @@
 """Lidar as a function of what stands where: rays against edges and against discs."""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from wifipgo import segments
 
@@ -37,13 +37,27 @@ def scan(
     rays, p_m = ray_directions(poses[:, 2]), poses[:, :2]
     start_m = p_m[:, None] + (robot_radius_m + _GAP_M) * rays
     reach_m = robot_radius_m + _GAP_M + range_m
-    robot, edge = np.nonzero(segments.distance_to_segments(p_m, edges_m) <= reach_m)
-    away_m = np.hypot(*(p_m[:, None] - p_m[None]).T)
-    seer, other = np.nonzero((away_m <= reach_m + robot_radius_m) & ~np.eye(len(p_m), dtype=bool))
     free_m = np.full(rays.shape[:2], range_m)
-    np.minimum.at(free_m, robot, _to_edges(start_m[robot], rays[robot], edges_m[edge]))
-    np.minimum.at(free_m, seer, _to_discs(start_m[seer], rays[seer], p_m[other], robot_radius_m))
+    robot, edge = np.nonzero(_near_boxes(p_m, edges_m, reach_m))
+    if len(robot):
+        np.minimum.at(free_m, robot, _to_edges(start_m[robot], rays[robot], edges_m[edge]))
+    gap_m = p_m[:, None] - p_m
+    away_m = np.hypot(gap_m[..., 0], gap_m[..., 1])
+    seer, other = np.nonzero(away_m <= reach_m + robot_radius_m)
+    if len(seer) > len(p_m):  # everyone is near itself
+        seer, other = seer[seer != other], other[seer != other]
+        np.minimum.at(free_m, seer, _to_discs(start_m[seer], rays[seer], p_m[other], robot_radius_m))
     return free_m
+
+
+def _near_boxes(
+    p_m: Float[np.ndarray, "robots 2"], edges_m: Float[np.ndarray, "edges 2 2"], reach_m: float
+) -> Bool[np.ndarray, "robots edges"]:
+    """Which edges may be within reach of whom: the boxes about them are, to the last wall exactly."""
+    low_m = edges_m.min(axis=1) - reach_m
+    high_m = edges_m.max(axis=1) + reach_m
+    near = (p_m[:, None] >= low_m) & (p_m[:, None] <= high_m)
+    return near[..., 0] & near[..., 1]
 
 
 def _to_edges(

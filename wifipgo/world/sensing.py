@@ -11,6 +11,7 @@ from wifipgo import se2, segments
 from wifipgo.errors import require
 
 _LEAST_SIGMA = 1e-3
+_SIGMA_OF = np.array([0, 0, 1])  # of x, y and yaw
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,9 +85,9 @@ def noisy(
     z: Float[np.ndarray, "... 3"], sigma: Float[np.ndarray, "... 2"], unit: Float[np.ndarray, "... 3"]
 ) -> Float[np.ndarray, "... 3"]:
     """Eq. 2: ``p + p_eps`` and ``R R_eps``, with the noise given in units of sigma."""
-    noise = unit * np.stack([sigma[..., 0], sigma[..., 0], sigma[..., 1]], axis=-1)
-    yaw_rad = se2.wrap_angle(z[..., 2] + noise[..., 2])
-    return np.concatenate([z[..., :2] + noise[..., :2], yaw_rad[..., None]], axis=-1)
+    out = z + unit * sigma.take(_SIGMA_OF, axis=-1)
+    out[..., 2] = se2.wrap_angle(out[..., 2])
+    return out
 
 
 def odometry(
@@ -136,18 +137,20 @@ def observe_robots(
 
     An outlier's error is between ``outlier_min_sigma`` and ``outlier_max_sigma`` with a random
     sign in every component (paper Sec. 7.3) in place of the Gaussian one. Noise is drawn for
-    all pairs, so that the streams do not depend on who saw whom.
+    all pairs, so that the streams do not depend on who saw whom; that of outliers only where
+    there are any.
     """
     n = len(poses)
     unit = rng.standard_normal((n, n, 3))
-    is_bad = outlier_rng.random((n, n)) < cfg.outlier_share
-    size = outlier_rng.uniform(cfg.outlier_min_sigma, cfg.outlier_max_sigma, (n, n, 3))
-    negative = outlier_rng.random((n, n, 3)) < 0.5
     i, j = np.nonzero(seen)
+    noise, is_outlier = unit[i, j], np.zeros(len(i), dtype=bool)
+    if cfg.outlier_share > 0.0:
+        is_outlier = (outlier_rng.random((n, n)) < cfg.outlier_share)[i, j]
+        size = outlier_rng.uniform(cfg.outlier_min_sigma, cfg.outlier_max_sigma, (n, n, 3))
+        negative = outlier_rng.random((n, n, 3)) < 0.5
+        noise = np.where(is_outlier[:, None], np.where(negative, -size, size)[i, j], noise)
     if not len(i):
         return _NOTHING
-    gross, is_outlier = np.where(negative, -size, size)[i, j], is_bad[i, j]
-    noise = np.where(is_outlier[:, None], gross, unit[i, j])
     z = noisy(se2.between(poses[i], poses[j]), cfg.sigmas(n)[i], noise)
     now = np.full_like(i, t)
     return RelativePoses(np.stack([i, now], 1), np.stack([j, now], 1), z, cfg.stated_sigmas(n)[i], is_outlier)

@@ -25,7 +25,7 @@ def as_values(start: Float[np.ndarray, "poses 3"]) -> gtsam.Values:
     """Poses as gtsam's; keys are rows."""
     values = gtsam.Values()
     for key, pose in enumerate(start.tolist()):
-        values.insert(key, gtsam.Pose2(*pose))
+        values.insert(key, pose2=gtsam.Pose2(*pose))  # the name spares a search among 50 types
     return values
 
 
