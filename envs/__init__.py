@@ -1,1 +1,12 @@
-"""PettingZoo environments. The public module is `envs.rendezvous_v0`."""
+"""PettingZoo environments. The public module is `envs.rendezvous_v0`.
+
+Importing this package registers, without loading what it names:
+
+- ``pettingzoo.make("parallel", "wifipgo/rendezvous-v0")`` and ``"aec"`` (PettingZoo 1.27 on; older ones have
+  no registry),
+- ``gymnasium.make("wifipgo/RendezvousTeam-v0")``, one controller for the whole team.
+"""
+
+from envs._registry import register_all
+
+register_all()

@@ -35,6 +35,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         reward: Name in `envs.rendezvous_v0.REWARDS`; the default is what the mapped share grew by.
         render_mode: None, "rgb_array" or "human" (a window, drawn at each reset and step).
         render_height_px: Height of the pictures, a multiple of 16.
+        max_cycles: PettingZoo's name for the scenario's ``n_steps``.
         overrides: Any field of the scenario, e.g. ``n_obstacles=4``.
 
     Raises:
@@ -56,9 +57,15 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         reward: str = "mapped_share_truth",
         render_mode: str | None = None,
         render_height_px: int = DEFAULT_HEIGHT_PX,
+        max_cycles: int | None = None,
         **overrides: Any,
     ) -> None:
         """Check the arguments and build the spaces."""
+        if max_cycles is not None:
+            require(
+                "n_steps" not in overrides, "max_cycles", "given without n_steps, its other name", max_cycles
+            )
+            overrides["n_steps"] = max_cycles
         # The value, not its name: a file may have changed when the copy is made.
         base = scenario if isinstance(scenario, Scenario) else scenario_named(scenario)
         EzPickle.__init__(
