@@ -1,4 +1,4 @@
-"""Maximum-likelihood poses in the plane (paper Eq. 3) by Levenberg-Marquardt."""
+"""Most likely poses in the plane (paper Eq. 3): squares by Gauss-Newton, losses by Levenberg-Marquardt."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,7 +13,7 @@ from wifipgo.graph.posegraph import Edges
 from wifipgo.graph.solvers._factors import add_bearings
 from wifipgo.graph.solvers._losses import BEARING_C, LOSSES, geman_mcclure_weight, huber_weight
 from wifipgo.graph.solvers._problem import ANCHOR_SIGMA, KNOWN_START, TOLD_SIGMA, Problem, build, posed
-from wifipgo.graph.solvers._search import Found, as_values, optimise, truncate
+from wifipgo.graph.solvers._search import Found, as_values, least_squares, optimise, truncate
 from wifipgo.graph.solvers.ends import ends_of
 from wifipgo.graph.solvers.report import Report, WeighedDown
 
@@ -100,7 +100,8 @@ def _heard(bearings: Bearings | None, first_key: Int[np.ndarray, " robots"]) -> 
 
 def _plain(problem: Problem, edges: Edges, *, huber: bool) -> Found:
     """One search with squares, or with Huber's loss on what is doubted."""
-    return optimise(build(problem, edges, huber=huber), as_values(problem.start))
+    search = optimise if huber else least_squares
+    return search(build(problem, edges, huber=huber), as_values(problem.start))
 
 
 def _truncated(problem: Problem, edges: Edges) -> Found:
@@ -110,7 +111,7 @@ def _truncated(problem: Problem, edges: Edges) -> Found:
     values, weights = truncate(graph, as_values(problem.start), trusted=trusted.tolist())
     weight = edges.weight.copy()
     weight[problem.rows] *= np.maximum(weights[n_anchors:], LEAST_WEIGHT)
-    found = optimise(build(problem, replace(edges, weight=weight), huber=False), values)
+    found = least_squares(build(problem, replace(edges, weight=weight), huber=False), values)
     return found._replace(weight=weights[n_anchors:])
 
 
