@@ -21,6 +21,7 @@ class Streams(NamedTuple):
     channel: np.random.Generator
     outliers: np.random.Generator
     standing: np.random.Generator  # of what a radio keeps for a whole episode
+    messages: np.random.Generator  # that the distributed solution loses
 
     @classmethod
     def for_episode(cls, entropy: int, episode: int) -> "Streams":

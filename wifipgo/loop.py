@@ -17,18 +17,17 @@ from jaxtyping import Bool, Float
 
 from wifipgo import se2
 from wifipgo.chance import Streams
-from wifipgo.graph import Bearings, Edges, extended, extended_bearings, residual_error
+from wifipgo.every_step import Memory
+from wifipgo.graph import Bearings, Edges, extended, extended_bearings, residual_error, retold
 from wifipgo.listening import Listening, bearings_of, listened, weights_of
+from wifipgo.meetings import BYTES_PER_POSE, hold_meetings
 from wifipgo.radio.hearing import probe_links
 from wifipgo.radio.impairments import draw_standing
 from wifipgo.radio.materials import Slab
 from wifipgo.radio.paths import surfaces_of
 from wifipgo.rendezvous import (
-    BYTES_PER_POSE,
     NOBODY,
     discrepancies,
-    due_groups,
-    meet,
     no_calls,
     place_calls,
     raise_demands,
@@ -68,7 +67,8 @@ def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
         rng=streams.standing,
     )
     arena = Arena(layout, cfg, turn_rad=scenario.turn.turn_rad)
-    world = World(layout, faces_m, edges_m, surfaces, arena, standing)
+    memory = Memory(scenario.rendezvous) if scenario.rendezvous.estimator == "every_step" else None
+    world = World(layout, faces_m, edges_m, surfaces, arena, standing, memory)
     seen_m = scenario.sensing.sensor_range_m
     cells = reveal(empty_map(layout, cfg.size_m), layout.starts[:, :2], faces_m, range_m=seen_m)
     truth = Truth(
@@ -109,6 +109,7 @@ def _first_belief(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> 
         profile=np.zeros((n, slots, scenario.turn.n_azimuths), dtype=np.float32),
         calls=no_calls(n, scenario.link),
         observed=np.zeros((n, n), dtype=int),
+        held=np.zeros((n, n), dtype=int),
         last_met=np.zeros(n, dtype=int),
         met=(),
         bytes_sent=0,
@@ -173,7 +174,9 @@ def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, s
         observed=belief.observed + seen,
         met=(),
     )
-    belief = _met(belief, scenario)
+    belief = hold_meetings(belief, scenario, rng=streams.messages)
+    if world.memory is not None:
+        belief = _solved_at_every_step(belief, world.memory)
     calls = raise_demands(belief.calls, links.rate_mbit_s, step_mbit_s=1.0)
     return Tick(
         truth=truth,
@@ -235,27 +238,10 @@ def _told_where_linked(
     return replace(edges, told=told), BYTES_PER_POSE * int(new.sum())
 
 
-def _met(belief: Belief, scenario: Scenario) -> Belief:
-    """Hold every rendezvous that is due; a call that was up in a group is served."""
-    cfg = scenario.rendezvous
-    groups = due_groups(belief.observed, belief.rate_mbit_s, kappa=cfg.kappa, q_mbit_s=scenario.link.q_mbit_s)
-    for group in groups:
-        meeting = meet(belief.estimate, belief.edges, belief.bearings, group, cfg=cfg)
-        observed, last_met, callee = (
-            belief.observed.copy(),
-            belief.last_met.copy(),
-            belief.calls.callee.copy(),
-        )
-        observed[np.ix_(group, group)] = 0
-        last_met[group], callee[group] = belief.t, NOBODY
-        belief = replace(
-            belief,
-            estimate=meeting.estimate,
-            edges=meeting.edges,
-            observed=observed,
-            last_met=last_met,
-            calls=belief.calls._replace(callee=callee),
-            met=(*belief.met, tuple(group)),
-            bytes_sent=belief.bytes_sent + meeting.bytes_sent,
-        )
-    return belief
+def _solved_at_every_step(belief: Belief, memory: Memory) -> Belief:
+    """Let every robot solve by itself; those that met tell each other the new poses."""
+    estimate = memory.smoothed(belief.estimate, belief.edges, belief.bearings, belief.held).estimate
+    edges = belief.edges
+    for group in belief.met:
+        edges = retold(edges, estimate, robots=group)
+    return replace(belief, estimate=estimate, edges=edges)

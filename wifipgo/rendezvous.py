@@ -5,21 +5,31 @@ ranking of neighbours, a call that stays up until it is served, the count of obs
 Motion is a policy's business.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo.errors import pick, require
-from wifipgo.graph import ERR_WEIGHTS, GUARDS, THIRD_PARTY, Bearings, Edges, retold, solve_guarded
+from wifipgo.graph import ERR_WEIGHTS, GUARDS, THIRD_PARTY
 from wifipgo.radio.link import LinkConfig, service_discrepancy
 
 NOBODY = -1
-# Bytes of one pose, measurement and bearing as sent: 3 float64; two keys, z, sigma and weight; two keys,
-# azimuth and sigma.
-BYTES_PER_POSE, BYTES_PER_EDGE, BYTES_PER_BEARING = 24, 64, 32
-_ESTIMATORS = {"at_rendezvous": "optimise only when two robots meet (paper mode)"}
+ESTIMATORS: Mapping[str, str] = MappingProxyType(
+    {
+        "at_rendezvous": "poses are optimised only when robots meet (paper mode)",
+        "every_step": "each robot optimises what it knows at every iteration (iSAM2)",
+    }
+)
+BACKENDS: Mapping[str, str] = MappingProxyType(
+    {
+        "gtsam": "one of those that meet solves for all",
+        "distributed": "those that meet each solve for their own poses and exchange separators",
+    }
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +43,10 @@ class RendezvousConfig:
         err_threshold: delta of Algorithm 2, on Err_i of Eq. 4.
         kappa: Observations of a pair that a rendezvous needs (Algorithm 1).
         err_weights: "unit" (paper mode) or "information".
-        estimator: When poses are optimised.
+        estimator: When poses are optimised: a name in `ESTIMATORS`. With "every_step" robots that meet
+            exchange their graphs, and each solves by itself.
+        backend: Who optimises at a rendezvous: a name in `BACKENDS`.
+        message_loss: Share of the messages of the distributed backend that are lost, and sent again.
         outliers: What guards the optimisation against outliers: a name in `wifipgo.graph.GUARDS`. A gate
             on direction weighs measurements as they come, so Err_i has its weights; what a loss or
             PCM lets go at a rendezvous counts in Err_i as before.
@@ -46,6 +59,8 @@ class RendezvousConfig:
     kappa: int = 3
     err_weights: str = "unit"
     estimator: str = "at_rendezvous"
+    backend: str = "gtsam"
+    message_loss: float = 0.0
     outliers: str = "none"
     aoa_gate_rad: float = float(np.deg2rad(7.2))
     aoa_sigma_rad: float = float(np.deg2rad(2.96))
@@ -57,9 +72,28 @@ class RendezvousConfig:
             require(getattr(self, name) > 0.0, f"RendezvousConfig.{name}", "> 0", getattr(self, name))
         require(self.kappa >= 1, "RendezvousConfig.kappa", ">= 1", self.kappa)
         pick(ERR_WEIGHTS, self.err_weights, "err_weights")
-        pick(_ESTIMATORS, self.estimator, "estimator")
+        pick(ESTIMATORS, self.estimator, "estimator")
+        pick(BACKENDS, self.backend, "backend")
+        loss = self.message_loss
+        require(0.0 <= loss < 1.0, "RendezvousConfig.message_loss", "in [0, 1)", loss)
         pick(GUARDS, self.outliers, "outlier method")
         pick(THIRD_PARTY, self.third_party, "third_party")
+        self._check_together()
+
+    def _check_together(self) -> None:
+        """Reject values that do not go with each other."""
+        guard, by_robots = GUARDS[self.outliers], self.backend == "distributed"
+        if self.estimator == "every_step":
+            require(not by_robots, "RendezvousConfig.backend", "'gtsam' with every_step", self.backend)
+            able = guard.loss != "gnc" and guard.gate != "pcm"
+            rule = "without 'gnc' and 'pcm', which solve again from scratch, with every_step"
+            require(able, "RendezvousConfig.outliers", rule, self.outliers)
+        if by_robots:
+            rule = "without bearings with the distributed backend"
+            require(not guard.bearings, "RendezvousConfig.outliers", rule, self.outliers)
+        rule = "0 but with the distributed backend, which sends messages"
+        lossy = self.message_loss
+        require(by_robots or lossy == 0.0, "RendezvousConfig.message_loss", rule, lossy)
 
 
 class Calls(NamedTuple):
@@ -150,39 +184,3 @@ def due_groups(
         touched = [group for group in groups if group & set(pair)]
         groups = [group for group in groups if group not in touched] + [set(pair).union(*touched)]
     return sorted(sorted(group) for group in groups)
-
-
-class Meeting(NamedTuple):
-    """What a rendezvous leaves behind."""
-
-    estimate: Float[np.ndarray, "robots times 3"]
-    edges: Edges
-    bytes_sent: int
-
-
-def meet(
-    estimate: Float[np.ndarray, "robots times 3"],
-    edges: Edges,
-    bearings: Bearings,
-    group: list[int],
-    *,
-    cfg: RendezvousConfig,
-) -> Meeting:
-    """Exchange graphs, optimise them together (Eq. 3) and tell each other the new poses.
-
-    Only what the members measured or were told enters. Every member sends its trajectory,
-    measurements and bearings to every other: that is what ``bytes_sent`` counts. Gates on direction
-    weighed the measurements when they came.
-    """
-    guard = GUARDS[cfg.outliers]
-    at_once = replace(guard, gate="none") if guard.by_direction else guard
-    solved, _ = solve_guarded(
-        estimate, edges, bearings, robots=group, outliers=at_once, third_party=cfg.third_party
-    )
-    member = np.zeros(len(estimate), dtype=bool)
-    member[group] = True
-    n_edges = int(member[edges.tail[:, 0]].sum())
-    n_bearings = int(member[bearings.observer[:, 0]].sum())
-    content = BYTES_PER_POSE * len(group) * estimate.shape[1]
-    content += BYTES_PER_EDGE * n_edges + BYTES_PER_BEARING * n_bearings
-    return Meeting(solved, retold(edges, solved, robots=group), content * (len(group) - 1))

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from wifipgo.every_step import Memory
 from wifipgo.graph import Bearings, Edges
 from wifipgo.radio.impairments import Standing
 from wifipgo.radio.paths import Surfaces
@@ -25,6 +26,7 @@ class World(NamedTuple):
         surfaces: What the radio sees of them.
         arena: The engine.
         standing: What is wrong with the radio in this episode.
+        memory: Solvers that robots keep warm, where they solve at every iteration.
     """
 
     layout: Layout
@@ -33,6 +35,7 @@ class World(NamedTuple):
     surfaces: Surfaces
     arena: Arena
     standing: Standing
+    memory: Memory | None = None
 
 
 class Commands(NamedTuple):
@@ -70,6 +73,7 @@ class Belief:
         profile: AOA profile of each slot in the body frame, zeros where empty.
         calls: Calls that are up.
         observed: Relative poses of each other that pairs took since they last met.
+        held: How many poses of robot j, with the measurements at them, robot i was sent so far.
         last_met: Iteration of each robot's last rendezvous; 0 before the first.
         met: Groups that met in this iteration.
         bytes_sent: Exchanged so far: graphs at rendezvous, changed poses wherever a link carries q.
@@ -87,6 +91,7 @@ class Belief:
     profile: Float[np.ndarray, "robots slots grid"]
     calls: Calls
     observed: Int[np.ndarray, "robots robots"]
+    held: Int[np.ndarray, "robots robots"]
     last_met: Int[np.ndarray, " robots"]
     met: tuple[tuple[int, ...], ...]
     bytes_sent: int

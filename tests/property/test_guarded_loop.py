@@ -10,7 +10,7 @@ from wifipgo.errors import UnknownNameError
 from wifipgo.graph import GUARDS, ate_trans
 from wifipgo.graph.bearings import bearing_residuals
 from wifipgo.loop import advance, start
-from wifipgo.rendezvous import BYTES_PER_BEARING
+from wifipgo.meetings import BYTES_PER_BEARING
 from wifipgo.scenarios import scenario_named
 from wifipgo.state import Commands, Tick
 

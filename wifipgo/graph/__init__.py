@@ -1,6 +1,7 @@
 """Graph wing: pose graphs, their solvers, outliers and metrics."""
 
 from wifipgo.graph.bearings import Bearings, extended_bearings
+from wifipgo.graph.by_robots import solve_by_robots
 from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport, solve_distributed
 from wifipgo.graph.files import read_g2o, write_g2o
 from wifipgo.graph.keyed import PoseGraph, pose_graph
@@ -9,13 +10,24 @@ from wifipgo.graph.outliers import bearing, paper_weights
 from wifipgo.graph.parts import anchors, appended, components, from_team, of_robots
 from wifipgo.graph.posegraph import Edges, extended, retold, select
 from wifipgo.graph.robust import GUARDS, Guard, direction_weights, solve_guarded
-from wifipgo.graph.solvers import THIRD_PARTY, Report, WeighedDown, end_covariances, solve, solve_team
+from wifipgo.graph.solvers import (
+    THIRD_PARTY,
+    TOLD_SIGMA,
+    Report,
+    Smoother,
+    WeighedDown,
+    end_covariances,
+    odometry,
+    solve,
+    solve_team,
+)
 from wifipgo.graph.solvers.spatial import marginal_covariances, solve_graph
 
 __all__ = [
     "ERR_WEIGHTS",
     "GUARDS",
     "THIRD_PARTY",
+    "TOLD_SIGMA",
     "Bearings",
     "Channel",
     "DistributedConfig",
@@ -24,6 +36,7 @@ __all__ = [
     "Guard",
     "PoseGraph",
     "Report",
+    "Smoother",
     "WeighedDown",
     "anchors",
     "appended",
@@ -45,6 +58,7 @@ __all__ = [
     "retold",
     "select",
     "solve",
+    "solve_by_robots",
     "solve_distributed",
     "solve_graph",
     "solve_guarded",

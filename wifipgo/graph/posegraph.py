@@ -85,6 +85,11 @@ class Edges:
         """Which measurements are of another robot."""
         return self.tail[:, 0] != self.head[:, 0]
 
+    @property
+    def measured_at(self) -> Int[np.ndarray, " edges"]:
+        """Iteration of each measurement: that of the later of the own poses, as odometry comes after both."""
+        return np.where(self.between_robots, self.tail[:, 1], np.maximum(self.tail[:, 1], self.head[:, 1]))
+
 
 def extended(edges: Edges, *more: Edges) -> Edges:
     """Append measurements."""

@@ -9,7 +9,7 @@ Tzoumas, Carlone, RA-L 2020, Algorithm 1 and Eq. 14). Odometry is trusted.
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy.special import chdtri
 
 from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport, solve_distributed
@@ -23,15 +23,22 @@ SAME_WEIGHT = 1e-2  # weights that change by less are taken for final
 
 
 def solve_reweighted(
-    graph: PoseGraph, *, robust: str, config: DistributedConfig, channel: Channel
+    graph: PoseGraph,
+    *,
+    robust: str,
+    config: DistributedConfig,
+    channel: Channel,
+    fixed: Int[np.ndarray, " fixed"] | None = None,
 ) -> tuple[Float[np.ndarray, "poses dims"], DistributedReport, Float[np.ndarray, " edges"]]:
     """Distributed solution under a robust loss, "huber" or "gnc".
+
+    Poses in the rows ``fixed`` are known and stay, besides the first of each part.
 
     Returns:
         Pose rows; the report of the last solution, with all rounds, and whether the weights settled;
         and the last weights.
     """
-    poses, report = solve_distributed(graph, config=config, channel=channel)
+    poses, report = solve_distributed(graph, fixed=fixed, config=config, channel=channel)
     rounds, weight = report.rounds, np.ones(len(graph.tail))
     limit = float(chdtri(graph.freedom, 1.0 - GNC_CONFIDENCE))
     chi2 = np.where(graph.odometry, 0.0, chi_squares(graph, poses))
@@ -45,7 +52,8 @@ def solve_reweighted(
         if settled:
             break
         weighted = graph.with_weight(graph.weight * weight)
-        poses, report = solve_distributed(weighted, poses, config=replace(config, warm=True), channel=channel)
+        warm = replace(config, warm=True)
+        poses, report = solve_distributed(weighted, poses, fixed=fixed, config=warm, channel=channel)
         rounds += report.rounds
         chi2 = np.where(graph.odometry, 0.0, chi_squares(graph, poses))
         mu *= GNC_FACTOR

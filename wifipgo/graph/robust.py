@@ -117,7 +117,7 @@ def solve_guarded(
         ValueError: The method is unknown, or `wifipgo.graph.solve` refuses.
     """
     guard = pick(GUARDS, outliers, "outlier method") if isinstance(outliers, str) else outliers
-    weight = _gate_weights(edges, bearings, guard.gate, robots)
+    weight = gate_weights(edges, bearings, guard.gate, robots)
     solved, report = solve(
         poses,
         replace(edges, weight=edges.weight * weight),
@@ -133,7 +133,7 @@ def solve_guarded(
     return solved, report._replace(weighed_down=gated + report.weighed_down)
 
 
-def _gate_weights(
+def gate_weights(
     edges: Edges, bearings: Bearings | None, gate: str, robots: Sequence[int]
 ) -> Float[np.ndarray, " edges"]:
     """Weight of each edge by the gate; PCM knows of nothing outside the robots that take part."""

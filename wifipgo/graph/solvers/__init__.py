@@ -1,8 +1,9 @@
 """Solvers of pose graphs. The only folder that imports gtsam, whose objects never leave it."""
 
 from wifipgo.graph.solvers._losses import LOSSES
-from wifipgo.graph.solvers._problem import KNOWN_START, THIRD_PARTY, UNKNOWN_START
+from wifipgo.graph.solvers._problem import KNOWN_START, THIRD_PARTY, TOLD_SIGMA, UNKNOWN_START, odometry
 from wifipgo.graph.solvers.ends import end_covariances
+from wifipgo.graph.solvers.incremental import Smoother
 from wifipgo.graph.solvers.planar import solve, solve_team
 from wifipgo.graph.solvers.report import Report, WeighedDown
 
@@ -10,8 +11,10 @@ __all__ = [
     "KNOWN_START",
     "LOSSES",
     "THIRD_PARTY",
+    "TOLD_SIGMA",
     "UNKNOWN_START",
     "Report",
+    "Smoother",
     "WeighedDown",
     "end_covariances",
     "solve",
