@@ -9,8 +9,22 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.graph import GUARDS, Bearings, Edges, Knowledge, Smoother
+from wifipgo.graph import (
+    GUARDS,
+    THIRD_PARTY,
+    TOLD_SIGMA,
+    Bearings,
+    Edges,
+    Smoother,
+    odometry,
+    select,
+    select_bearings,
+)
 from wifipgo.rendezvous import RendezvousConfig
+from wifipgo.se2 import wrap_angle
+
+# A told pose that changed by less, in standard deviations of told poses, is not worth solving again for.
+_SAME_TOLD = 0.2
 
 
 class Smoothed(NamedTuple):
@@ -18,24 +32,45 @@ class Smoothed(NamedTuple):
 
     Attributes:
         estimate: Poses of every robot, each by its own graph.
-        covariance: Of the last poses, in world axes.
+        covariance: Of the last poses, (x_m, y_m, yaw_rad) in world axes.
     """
 
     estimate: Float[np.ndarray, "robots times 3"]
     covariance: Float[np.ndarray, "robots 3 3"]
 
 
+class _Told(NamedTuple):
+    """What the graphs rest on that others told: whose graph, which edge, the pose, its number there."""
+
+    robot: Int[np.ndarray, " told"]
+    row: Int[np.ndarray, " told"]
+    pose: Float[np.ndarray, "told 3"]
+    number: Int[np.ndarray, " told"]
+
+    def without(self, rows: Bool[np.ndarray, " told"]) -> "_Told":
+        """Those that are left."""
+        return _Told(*(column[~rows] for column in self))
+
+    def extended(self, robot: int, rows: np.ndarray, poses: np.ndarray, numbers: list[int]) -> "_Told":
+        """Those and more of one robot."""
+        more = (np.full(len(rows), robot), rows, poses, np.array(numbers, dtype=np.int64))
+        return _Told(*(np.concatenate(pair) for pair in zip(self, more, strict=True)))
+
+
 class Memory:
     """The robots' solvers, kept warm from one iteration to the next.
 
     Nothing is known here that the arguments do not say: where they do not follow the last ones, the
-    solvers begin anew.
+    solvers begin anew. A robot with nothing new but its own motion does not solve: what it dead-reckons
+    from the optimum is the optimum.
     """
 
     def __init__(self, cfg: RendezvousConfig) -> None:
         """Know nothing yet."""
-        self._cfg, self._n_times = cfg, 0
-        self._smoothers: list[Smoother] = []
+        self._doubts = GUARDS[cfg.outliers].loss == "huber"
+        self._uses_told = THIRD_PARTY[cfg.third_party]
+        self._n_times = 0
+        self._begin(0)
 
     def smoothed(
         self,
@@ -48,68 +83,93 @@ class Memory:
 
         Args:
             estimate: Poses as the robots believe them, the last one by odometry.
-            edges: All measurements; each is known to the robot at its tail.
-            bearings: All directions of arrival.
+            edges: All measurements; each is known to the robot at its tail. Rows keep their places from
+                call to call; new ones come last.
+            bearings: All directions of arrival, in the same way.
             sent: How many poses of robot j, with what was measured there, robot i was sent.
         """
         n, n_times = estimate.shape[:2]
         if n_times != self._n_times + 1 or n_times == 1:
             self._begin(n)
-        self._n_times = n_times
         held = sent.copy()
         np.fill_diagonal(held, n_times)
-        rows = _new_rows(edges, self._held, held, self._n_edges)
-        solved, covariance = estimate.copy(), np.empty((n, 3, 3))
-        for robot, smoother in enumerate(self._smoothers):
-            heard = _new_bearings(bearings, self._held[robot], held[robot])
-            knowledge = Knowledge(held[robot], rows[robot], heard)
-            solved[robot] = smoother.learn(estimate, edges, bearings, knowledge)
-            covariance[robot] = smoother.covariance()
-        self._held, self._n_edges = held, len(edges)
-        return Smoothed(solved, covariance)
+        stale = self._stale(edges, held)
+        wakes = (sent != self._sent).any(axis=1)
+        wakes[edges.tail[self._n_edges :][~odometry(edges)[self._n_edges :], 0]] = True
+        wakes[self._told.robot[stale]] = True
+        solved = estimate.copy()
+        self._covariance = moved(self._covariance, estimate, edges, self._n_edges)
+        for robot in np.flatnonzero(wakes).tolist():
+            solved[robot] = self._solved(robot, estimate, edges, bearings, held[robot], stale)
+        self._told = self._told.without(np.append(stale, np.zeros(len(self._told.row) - len(stale), bool)))
+        self._n_times, self._n_edges, self._sent = n_times, len(edges), sent
+        return Smoothed(solved, self._covariance)
 
     def _begin(self, n_robots: int) -> None:
-        huber = GUARDS[self._cfg.outliers].loss == "huber"
-        self._smoothers = [
-            Smoother(robot, huber=huber, third_party=self._cfg.third_party) for robot in range(n_robots)
-        ]
-        self._held, self._n_edges = np.zeros((n_robots, n_robots), dtype=np.int64), 0
+        self._smoothers = [Smoother(robot, n_robots, doubts=self._doubts) for robot in range(n_robots)]
+        self._sent = np.zeros((n_robots, n_robots), dtype=np.int64)
+        self._covariance = np.zeros((n_robots, 3, 3))
+        self._n_edges = 0
+        none = np.zeros(0, dtype=np.int64)
+        self._told = _Told(none, none, np.zeros((0, 3)), none)
+
+    def _stale(self, edges: Edges, held: Int[np.ndarray, "robots robots"]) -> Bool[np.ndarray, " told"]:
+        """What was told otherwise since, or is part of the graph by now."""
+        apart = edges.told[self._told.row] - self._told.pose
+        apart[:, 2] = wrap_angle(apart[:, 2])
+        changed = (np.abs(apart) > _SAME_TOLD * np.array([TOLD_SIGMA[0], *TOLD_SIGMA])).any(axis=1)
+        head = edges.head[self._told.row]
+        inside: np.ndarray = head[:, 1] < held[self._told.robot, head[:, 0]]
+        return changed | inside
+
+    def _solved(
+        self,
+        robot: int,
+        estimate: Float[np.ndarray, "robots times 3"],
+        edges: Edges,
+        bearings: Bearings,
+        held: Int[np.ndarray, " robots"],
+        stale: Bool[np.ndarray, " told"],
+    ) -> Float[np.ndarray, "times 3"]:
+        """Poses of one robot that learned something."""
+        smoother, gone = self._smoothers[robot], np.flatnonzero(stale & (self._told.robot[: len(stale)] == robot))
+        rows = np.concatenate([_new_rows(edges, smoother.held, held), self._told.row[gone]])
+        rows = rows[edges.weight[rows] > 0.0]
+        head = edges.head[rows]
+        inside = head[:, 1] < held[head[:, 0]]
+        between, told = select(edges, rows[inside]), select(edges, rows[~inside & self._uses_told])
+        heard = _new_bearings(bearings, smoother.held, held)
+        numbers = smoother.learn(estimate, held, between, told, self._told.number[gone].tolist())
+        self._told = self._told.extended(robot, rows[~inside & self._uses_told], told.told, numbers)
+        if len(heard):
+            smoother.hear(select_bearings(bearings, heard))
+        solved = smoother.own()
+        self._covariance[robot] = in_world_axes(smoother.covariance(), float(solved[-1, 2]))
+        return solved
+
+
+def in_world_axes(covariance: Float[np.ndarray, "3 3"], yaw_rad: float) -> Float[np.ndarray, "3 3"]:
+    """Covariance of a pose that was given in its own axes."""
+    c, s = np.cos(yaw_rad), np.sin(yaw_rad)
+    T = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    turned: np.ndarray = T @ covariance @ T.T
+    return turned
 
 
 def _new_rows(
-    edges: Edges,
-    before: Int[np.ndarray, "robots robots"],
-    now: Int[np.ndarray, "robots robots"],
-    n_known: int,
-) -> list[Int[np.ndarray, " rows"]]:
-    """Rows of the edges that are new to each robot.
-
-    Who was sent nothing looks only at the edges that came since, of which its own are new.
-    """
-    tail = edges.tail[n_known:, 0]
-    order = np.argsort(tail, kind="stable")
-    ends = np.searchsorted(tail[order], np.arange(len(now) + 1)).tolist()
-    rows = [n_known + order[i:j] for i, j in zip(ends, ends[1:], strict=False)]
-    for robot in np.flatnonzero(_was_sent(before, now)).tolist():
-        of, at = edges.tail[:, 0], edges.measured_at
-        rows[robot] = np.flatnonzero((at >= before[robot][of]) & (at < now[robot][of]))
-    return rows
-
-
-def _was_sent(
-    before: Int[np.ndarray, "robots robots"], now: Int[np.ndarray, "robots robots"]
-) -> Bool[np.ndarray, " robots"]:
-    """Who has more of another robot's graph than before."""
-    more = now > before
-    np.fill_diagonal(more, val=False)
-    sent: np.ndarray = more.any(axis=1)
-    return sent
+    edges: Edges, before: Int[np.ndarray, " robots"], now: Int[np.ndarray, " robots"]
+) -> Int[np.ndarray, " rows"]:
+    """Edges that were measured at poses that are new to a robot's graph."""
+    of, at = edges.tail[:, 0], edges.measured_at
+    return np.flatnonzero((at >= before[of]) & (at < now[of]))
 
 
 def _new_bearings(
     bearings: Bearings, before: Int[np.ndarray, " robots"], now: Int[np.ndarray, " robots"]
 ) -> Int[np.ndarray, " heard"]:
-    """Rows of the bearings that are new to a robot: both ends are part of its graph, and were not."""
+    """Bearings between poses that are part of a robot's graph by now, and were not before."""
+    if not len(bearings):
+        return np.zeros(0, dtype=np.int64)
     ends = (bearings.observer, bearings.target)
-    known = [np.logical_and(*(end[:, 1] < held[end[:, 0]] for end in ends)) for held in (before, now)]
-    return np.flatnonzero(known[1] & ~known[0])
+    known, knew = (np.logical_and(*(end[:, 1] < held[end[:, 0]] for end in ends)) for held in (now, before))
+    return np.flatnonzero(known & ~knew)

@@ -58,20 +58,31 @@ def add_told(
     *,
     doubted: bool,
 ) -> None:
-    """Tie tails to what outsiders told: T_world_tail = T_world_head T_tail_head^-1.
+    """Tie tails to what outsiders told."""
+    T_world_tail, covariance = told_tails(edges, told_sigma)
+    for i, pose, cov in zip(keys(edges.tail, first_key), T_world_tail.tolist(), covariance, strict=True):
+        noise = gtsam.noiseModel.Gaussian.Covariance(cov)
+        graph.addPriorPose2(i, gtsam.Pose2(*pose), huber(noise) if doubted else noise)
+
+
+def told_tails(
+    edges: Edges, told_sigma: Float[np.ndarray, "#edges 2"]
+) -> tuple[Float[np.ndarray, "edges 3"], Float[np.ndarray, "edges 3 3"]]:
+    """Where tails are by what outsiders told: T_world_tail = T_world_head T_tail_head^-1.
 
     Noise of z and of the told pose both sit at the head. Seen from the tail, a turn
     there is a turn here and a shift along (y, -x) of z, which is exact to first order
     and needs no further variable.
+
+    Returns:
+        Poses, and their covariances in axes of the tail.
     """
-    T_world_tail = se2.compose(edges.told, se2.inverse(edges.z))
     variance = edges.sigma**2 / edges.weight[:, None] + told_sigma**2
     lever = np.stack([edges.z[:, 1], -edges.z[:, 0], np.ones(len(edges))], axis=-1)
     turn = variance[:, 1, None, None] * lever[:, :, None] * lever[:, None, :]
-    covariance = turn + variance[:, 0, None, None] * np.diag([1.0, 1.0, 0.0])
-    for i, pose, cov in zip(keys(edges.tail, first_key), T_world_tail.tolist(), covariance, strict=True):
-        noise = gtsam.noiseModel.Gaussian.Covariance(cov)
-        graph.addPriorPose2(i, gtsam.Pose2(*pose), huber(noise) if doubted else noise)
+    return se2.compose(edges.told, se2.inverse(edges.z)), turn + variance[:, 0, None, None] * np.diag(
+        [1.0, 1.0, 0.0]
+    )
 
 
 def add_bearings(
