@@ -24,7 +24,7 @@ from wifipgo.rendezvous import RendezvousConfig
 from wifipgo.se2 import wrap_angle
 
 # A told pose that changed by less, in standard deviations of told poses, is not worth solving again for.
-_SAME_TOLD = 0.2
+_SAME_TOLD = 0.5
 
 
 class Smoothed(NamedTuple):
@@ -49,12 +49,18 @@ class _Told(NamedTuple):
 
     def without(self, rows: Bool[np.ndarray, " told"]) -> "_Told":
         """Those that are left."""
-        return _Told(*(column[~rows] for column in self))
+        robot, row, pose, number = (column[~rows] for column in self)
+        return _Told(robot, row, pose, number)
 
     def extended(self, robot: int, rows: np.ndarray, poses: np.ndarray, numbers: list[int]) -> "_Told":
         """Those and more of one robot."""
         more = (np.full(len(rows), robot), rows, poses, np.array(numbers, dtype=np.int64))
-        return _Told(*(np.concatenate(pair) for pair in zip(self, more, strict=True)))
+        both = (np.concatenate(pair) for pair in zip(self, more, strict=True))
+        return _Told(*both)
+
+
+_NONE = np.zeros(0, dtype=np.int64)
+_NOTHING_TOLD = _Told(_NONE, _NONE, np.zeros((0, 3)), _NONE)
 
 
 class Memory:
@@ -69,8 +75,9 @@ class Memory:
         """Know nothing yet."""
         self._doubts = GUARDS[cfg.outliers].loss == "huber"
         self._uses_told = THIRD_PARTY[cfg.third_party]
-        self._n_times = 0
-        self._begin(0)
+        self._n_times, self._n_edges, self._told = 0, 0, _NOTHING_TOLD
+        self._sent, self._since = np.zeros((0, 0), dtype=np.int64), np.zeros(0, dtype=np.int64)
+        self._smoothers: list[Smoother] = []
 
     def smoothed(
         self,
@@ -78,6 +85,7 @@ class Memory:
         edges: Edges,
         bearings: Bearings,
         sent: Int[np.ndarray, "robots robots"],
+        covariance: Float[np.ndarray, "robots 3 3"],
     ) -> Smoothed:
         """Let every robot solve for its own poses from all that it knows.
 
@@ -87,6 +95,7 @@ class Memory:
                 call to call; new ones come last.
             bearings: All directions of arrival, in the same way.
             sent: How many poses of robot j, with what was measured there, robot i was sent.
+            covariance: Of the last poses, in world axes, by dead reckoning.
         """
         n, n_times = estimate.shape[:2]
         if n_times != self._n_times + 1 or n_times == 1:
@@ -97,21 +106,24 @@ class Memory:
         wakes = (sent != self._sent).any(axis=1)
         wakes[edges.tail[self._n_edges :][~odometry(edges)[self._n_edges :], 0]] = True
         wakes[self._told.robot[stale]] = True
-        solved = estimate.copy()
-        self._covariance = moved(self._covariance, estimate, edges, self._n_edges)
+        solved, covariance = estimate.copy(), covariance.copy()
         for robot in np.flatnonzero(wakes).tolist():
-            solved[robot] = self._solved(robot, estimate, edges, bearings, held[robot], stale)
-        self._told = self._told.without(np.append(stale, np.zeros(len(self._told.row) - len(stale), bool)))
+            gone = np.flatnonzero(stale & (self._told.robot[: len(stale)] == robot))
+            solved[robot] = self._solved(robot, estimate, (edges, bearings), held=held[robot], gone=gone)
+            covariance[robot] = in_world_axes(
+                self._smoothers[robot].covariance(), float(solved[robot, -1, 2])
+            )
+        self._told = self._told.without(
+            np.append(stale, np.zeros(len(self._told.row) - len(stale), dtype=np.bool_))
+        )
         self._n_times, self._n_edges, self._sent = n_times, len(edges), sent
-        return Smoothed(solved, self._covariance)
+        return Smoothed(solved, covariance)
 
     def _begin(self, n_robots: int) -> None:
         self._smoothers = [Smoother(robot, n_robots, doubts=self._doubts) for robot in range(n_robots)]
         self._sent = np.zeros((n_robots, n_robots), dtype=np.int64)
-        self._covariance = np.zeros((n_robots, 3, 3))
-        self._n_edges = 0
-        none = np.zeros(0, dtype=np.int64)
-        self._told = _Told(none, none, np.zeros((0, 3)), none)
+        self._n_edges, self._since = 0, np.zeros(n_robots, dtype=np.int64)
+        self._told = _NOTHING_TOLD
 
     def _stale(self, edges: Edges, held: Int[np.ndarray, "robots robots"]) -> Bool[np.ndarray, " told"]:
         """What was told otherwise since, or is part of the graph by now."""
@@ -126,26 +138,26 @@ class Memory:
         self,
         robot: int,
         estimate: Float[np.ndarray, "robots times 3"],
-        edges: Edges,
-        bearings: Bearings,
+        measured: tuple[Edges, Bearings],
+        *,
         held: Int[np.ndarray, " robots"],
-        stale: Bool[np.ndarray, " told"],
+        gone: Int[np.ndarray, " gone"],
     ) -> Float[np.ndarray, "times 3"]:
         """Poses of one robot that learned something."""
-        smoother, gone = self._smoothers[robot], np.flatnonzero(stale & (self._told.robot[: len(stale)] == robot))
-        rows = np.concatenate([_new_rows(edges, smoother.held, held), self._told.row[gone]])
-        rows = rows[edges.weight[rows] > 0.0]
-        head = edges.head[rows]
-        inside = head[:, 1] < held[head[:, 0]]
-        between, told = select(edges, rows[inside]), select(edges, rows[~inside & self._uses_told])
+        smoother, (edges, bearings) = self._smoothers[robot], measured
+        inner, outer = _new_rows(edges, smoother.held, held, own=robot, since=int(self._since[robot]))
+        changed = self._told.row[gone]
+        outer = np.append(outer, changed[~_is_held(edges, changed, held)])[: None if self._uses_told else 0]
+        inner, outer = (rows[edges.weight[rows] > 0.0] for rows in (inner, outer))
+        between, told = select(edges, inner), select(edges, outer)
         heard = _new_bearings(bearings, smoother.held, held)
         numbers = smoother.learn(estimate, held, between, told, self._told.number[gone].tolist())
-        self._told = self._told.extended(robot, rows[~inside & self._uses_told], told.told, numbers)
+        if len(outer):
+            self._told = self._told.extended(robot, outer, told.told, numbers)
+        self._since[robot] = len(edges)
         if len(heard):
             smoother.hear(select_bearings(bearings, heard))
-        solved = smoother.own()
-        self._covariance[robot] = in_world_axes(smoother.covariance(), float(solved[-1, 2]))
-        return solved
+        return smoother.own()
 
 
 def in_world_axes(covariance: Float[np.ndarray, "3 3"], yaw_rad: float) -> Float[np.ndarray, "3 3"]:
@@ -156,12 +168,36 @@ def in_world_axes(covariance: Float[np.ndarray, "3 3"], yaw_rad: float) -> Float
     return turned
 
 
+def _is_held(
+    edges: Edges, rows: Int[np.ndarray, " rows"], held: Int[np.ndarray, " robots"]
+) -> Bool[np.ndarray, " rows"]:
+    """Whose heads are part of a robot's graph."""
+    head = edges.head[rows]
+    inside: np.ndarray = head[:, 1] < held[head[:, 0]]
+    return inside
+
+
 def _new_rows(
-    edges: Edges, before: Int[np.ndarray, " robots"], now: Int[np.ndarray, " robots"]
-) -> Int[np.ndarray, " rows"]:
-    """Edges that were measured at poses that are new to a robot's graph."""
-    of, at = edges.tail[:, 0], edges.measured_at
-    return np.flatnonzero((at >= before[of]) & (at < now[of]))
+    edges: Edges,
+    before: Int[np.ndarray, " robots"],
+    now: Int[np.ndarray, " robots"],
+    *,
+    own: int,
+    since: int,
+) -> tuple[Int[np.ndarray, " inner"], Int[np.ndarray, " outer"]]:
+    """Edges that are new to a robot's graph: between its poses, and from them to poses outside.
+
+    Its own came after the ``since`` edges of last time; if it was sent others', all are looked at.
+    """
+    if np.count_nonzero(now > before) <= 1:
+        rows = since + np.flatnonzero(edges.tail[since:, 0] == own)
+        inside = _is_held(edges, rows, now)
+        return rows[inside], rows[~inside]
+    rows, of, at = np.arange(len(edges)), edges.tail[:, 0], edges.measured_at
+    known, knew = at < now[of], at < before[of]
+    inside = _is_held(edges, rows, now)
+    was_inside = knew & _is_held(edges, rows, before)
+    return rows[known & inside & ~was_inside], rows[known & ~inside & ~knew]
 
 
 def _new_bearings(

@@ -18,7 +18,7 @@ from jaxtyping import Bool, Float
 from wifipgo import se2
 from wifipgo.chance import Streams
 from wifipgo.every_step import Memory
-from wifipgo.graph import Bearings, Edges, extended, extended_bearings, residual_error, retold
+from wifipgo.graph import Bearings, Edges, dead_reckoned, extended, extended_bearings, residual_error, retold
 from wifipgo.listening import Listening, bearings_of, listened, weights_of
 from wifipgo.meetings import BYTES_PER_POSE, hold_meetings
 from wifipgo.radio.hearing import probe_links
@@ -98,6 +98,7 @@ def _first_belief(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> 
     n, slots = scenario.n_robots, scenario.n_slots
     return Belief(
         estimate=starts[:, None],
+        covariance=np.zeros((n, 3, 3)),
         edges=Edges.empty(),
         bearings=Bearings.empty(scenario.turn.n_peaks),
         err=np.zeros(n),
@@ -130,17 +131,19 @@ def _moved(truth: Truth, drive: Drive, world: World, scenario: Scenario) -> Trut
 def _dead_reckoned(belief: Belief, motion: Float[np.ndarray, "robots 3"], scenario: Scenario) -> Belief:
     """Append the pose that odometry suggests, and the odometry."""
     n, t = len(motion), belief.t
-    robots = np.arange(n)
+    robots, sigma = np.arange(n), scenario.sensing.stated_sigmas(n)
     odometry_edges = Edges.measured(
         tail=np.stack([robots, np.full(n, t)], axis=1),
         head=np.stack([robots, np.full(n, t + 1)], axis=1),
         z=motion,
-        sigma=scenario.sensing.stated_sigmas(n),
+        sigma=sigma,
     )
-    now = se2.compose(belief.estimate[:, -1], motion)
+    before = belief.estimate[:, -1]
+    now = se2.compose(before, motion)
     return replace(
         belief,
         estimate=np.concatenate([belief.estimate, now[:, None]], axis=1),
+        covariance=dead_reckoned(belief.covariance, before, now, sigma),
         edges=extended(belief.edges, odometry_edges),
     )
 
@@ -240,8 +243,10 @@ def _told_where_linked(
 
 def _solved_at_every_step(belief: Belief, memory: Memory) -> Belief:
     """Let every robot solve by itself; those that met tell each other the new poses."""
-    estimate = memory.smoothed(belief.estimate, belief.edges, belief.bearings, belief.held).estimate
+    estimate, covariance = memory.smoothed(
+        belief.estimate, belief.edges, belief.bearings, belief.held, belief.covariance
+    )
     edges = belief.edges
     for group in belief.met:
         edges = retold(edges, estimate, robots=group)
-    return replace(belief, estimate=estimate, edges=edges)
+    return replace(belief, estimate=estimate, covariance=covariance, edges=edges)

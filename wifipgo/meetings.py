@@ -16,6 +16,7 @@ from wifipgo.graph import (
     Channel,
     DistributedConfig,
     Edges,
+    end_covariances,
     retold,
     solve_by_robots,
     solve_guarded,
@@ -37,15 +38,17 @@ class Meeting(NamedTuple):
 
     Attributes:
         estimate: Poses of all robots.
+        covariance: Of their last poses.
         edges: Measurements, with what those that met told each other.
         bytes_sent: Exchanged.
         served: Whether the robots know what they met for; if not they try again.
     """
 
     estimate: Float[np.ndarray, "robots times 3"]
+    covariance: Float[np.ndarray, "robots 3 3"]
     edges: Edges
     bytes_sent: int
-    served: bool
+    served: bool = True
 
 
 def hold_meetings(belief: Belief, scenario: Scenario, *, rng: np.random.Generator) -> Belief:
@@ -67,6 +70,7 @@ def _after(belief: Belief, group: list[int], meeting: Meeting) -> Belief:
     belief = replace(
         belief,
         estimate=meeting.estimate,
+        covariance=meeting.covariance,
         edges=meeting.edges,
         bytes_sent=belief.bytes_sent + meeting.bytes_sent,
     )
@@ -94,21 +98,25 @@ def _meet(belief: Belief, group: list[int], *, cfg: RendezvousConfig, rng: np.ra
     """
     if cfg.estimator == "every_step":
         n_bytes = _bytes_of_news(belief, group)
-        return Meeting(belief.estimate, retold(belief.edges, belief.estimate, robots=group), n_bytes, True)
+        told = retold(belief.edges, belief.estimate, robots=group)
+        return Meeting(belief.estimate, belief.covariance, told, n_bytes)
     if cfg.backend == "distributed":
         return _solved_by_robots(belief, group, cfg=cfg, rng=rng)
     guard = GUARDS[cfg.outliers]
     at_once = replace(guard, gate="none") if guard.by_direction else guard
-    solved, _ = solve_guarded(
+    solved, report = solve_guarded(
         belief.estimate,
         belief.edges,
         belief.bearings,
         robots=group,
         outliers=at_once,
         third_party=cfg.third_party,
+        covariances=True,
     )
     n_bytes = _bytes_of_graphs(belief.estimate, belief.edges, belief.bearings, group)
-    return Meeting(solved, retold(belief.edges, solved, robots=group), n_bytes, True)
+    covariance = belief.covariance.copy()
+    covariance[group] = report.end_covariances
+    return Meeting(solved, covariance, retold(belief.edges, solved, robots=group), n_bytes)
 
 
 def _solved_by_robots(
@@ -118,10 +126,11 @@ def _solved_by_robots(
     guard = GUARDS[cfg.outliers]
     gate = guard.gate if guard.gate == "pcm" else "none"
     weight = gate_weights(belief.edges, None, gate, group)
+    edges = replace(belief.edges, weight=belief.edges.weight * weight)
     channel = Channel(loss=cfg.message_loss, attempts=_ATTEMPTS, rng=rng)
     solved, report = solve_by_robots(
         belief.estimate,
-        replace(belief.edges, weight=belief.edges.weight * weight),
+        edges,
         robots=group,
         loss=guard.loss,
         third_party=cfg.third_party,
@@ -129,8 +138,10 @@ def _solved_by_robots(
         channel=channel,
     )
     if not report.converged:
-        return Meeting(belief.estimate, belief.edges, channel.bytes_sent, False)
-    return Meeting(solved, retold(belief.edges, solved, robots=group), channel.bytes_sent, True)
+        return Meeting(belief.estimate, belief.covariance, belief.edges, channel.bytes_sent, served=False)
+    covariance = belief.covariance.copy()
+    covariance[group] = end_covariances(solved, edges, robots=group, third_party=cfg.third_party)
+    return Meeting(solved, covariance, retold(belief.edges, solved, robots=group), channel.bytes_sent)
 
 
 def _bytes_of_graphs(

@@ -61,6 +61,7 @@ class Belief:
 
     Attributes:
         estimate: Poses ``T_world_robot`` of every robot up to now, as it believes them.
+        covariance: Of each robot's last pose, (x_m, y_m, yaw_rad) in world axes, as it can know it.
         edges: Measurements (Eq. 2), each known to the robot at its tail.
         bearings: Directions in which robots in view heard each other, each known to its observer; kept
             where the outlier method has a use for them.
@@ -80,6 +81,7 @@ class Belief:
     """
 
     estimate: Float[np.ndarray, "robots times 3"]
+    covariance: Float[np.ndarray, "robots 3 3"]
     edges: Edges
     bearings: Bearings
     err: Float[np.ndarray, " robots"]

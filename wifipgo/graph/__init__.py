@@ -1,9 +1,10 @@
 """Graph wing: pose graphs, their solvers, outliers and metrics."""
 
-from wifipgo.graph.bearings import Bearings, extended_bearings
+from wifipgo.graph.bearings import Bearings, extended_bearings, select_bearings
 from wifipgo.graph.by_robots import solve_by_robots
 from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport, solve_distributed
 from wifipgo.graph.files import read_g2o, write_g2o
+from wifipgo.graph.growth import dead_reckoned
 from wifipgo.graph.keyed import PoseGraph, pose_graph
 from wifipgo.graph.metrics import ERR_WEIGHTS, ate_rot, ate_trans, residual_error
 from wifipgo.graph.outliers import bearing, paper_weights
@@ -44,12 +45,14 @@ __all__ = [
     "ate_trans",
     "bearing",
     "components",
+    "dead_reckoned",
     "direction_weights",
     "end_covariances",
     "extended",
     "extended_bearings",
     "from_team",
     "marginal_covariances",
+    "odometry",
     "of_robots",
     "paper_weights",
     "pose_graph",
@@ -57,6 +60,7 @@ __all__ = [
     "residual_error",
     "retold",
     "select",
+    "select_bearings",
     "solve",
     "solve_by_robots",
     "solve_distributed",

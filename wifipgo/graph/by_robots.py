@@ -10,7 +10,7 @@ from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedRep
 from wifipgo.graph.keyed import PoseGraph, pose_graph
 from wifipgo.graph.posegraph import Edges, select
 from wifipgo.graph.reweighted import solve_reweighted
-from wifipgo.graph.solvers.planar import THIRD_PARTY, TOLD_SIGMA
+from wifipgo.graph.solvers import THIRD_PARTY, TOLD_SIGMA
 
 # Losses that robots can apply by themselves.
 ROBUST_BY_ROBOTS = ("none", "huber", "gnc")

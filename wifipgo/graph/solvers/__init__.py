@@ -17,6 +17,7 @@ __all__ = [
     "Smoother",
     "WeighedDown",
     "end_covariances",
+    "odometry",
     "solve",
     "solve_team",
 ]

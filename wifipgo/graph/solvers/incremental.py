@@ -14,13 +14,13 @@ from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.posegraph import Edges
 from wifipgo.graph.solvers._factors import add_bearings, told_tails
 from wifipgo.graph.solvers._losses import huber
-from wifipgo.graph.solvers.planar import ANCHOR_SIGMA, TOLD_SIGMA, odometry
+from wifipgo.graph.solvers._problem import ANCHOR_SIGMA, TOLD_SIGMA, odometry
 
 # Variables of robot r start at r times this: an episode has fewer iterations.
 _KEYS_A_ROBOT = 1_000_000
-_RELINEARISE = 0.01  # m, rad: a pose that moved further since is linearised anew
+_RELINEARISE = 0.05  # m, rad: a pose that moved further since is linearised anew
 # Updates after another robot's graph came: its poses and one's own may both move far.
-_SETTLING = 4
+_SETTLING = 3
 
 
 class Smoother:
@@ -63,7 +63,9 @@ class Smoother:
         Returns:
             Numbers of the measurements in ``told``.
         """
-        others_came = int(np.count_nonzero(held > self.held)) > int(held[self._robot] > self.held[self._robot])
+        others_came = int(np.count_nonzero(held > self.held)) > int(
+            held[self._robot] > self.held[self._robot]
+        )
         graph, values = self._new_poses(poses, held)
         self._add_between(graph, between)
         self._add_told(graph, told)

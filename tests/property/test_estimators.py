@@ -1,0 +1,124 @@
+"""Who optimises, and when: what that changes in the loop, and what it must leave alone."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from wifipgo.chance import Streams
+from wifipgo.errors import UnknownNameError
+from wifipgo.graph import ate_trans, residual_error, solve
+from wifipgo.graph.by_robots import solve_by_robots
+from wifipgo.loop import advance, start
+from wifipgo.rendezvous import RendezvousConfig
+from wifipgo.scenarios import scenario_named
+from wifipgo.state import Commands, Tick
+
+SMALL = {"size_m": 3.0, "lidar_range_m": 2.0}
+
+
+def episode(seed: int = 0, n_steps: int = 12, n_robots: int = 2, **overrides: Any) -> Tick:
+    """Last tick of robots that walk at random in a small room and meet often."""
+    scenario = scenario_named("paper-hw-2", n_robots=n_robots, **(SMALL | overrides))
+    streams, walk = Streams.for_episode(seed, 0), np.random.default_rng(seed)
+    world, tick = start(scenario, streams)
+    for _ in range(n_steps):
+        commands = Commands(walk.uniform(-1.0, 1.0, (n_robots, 2)), np.zeros(n_robots, dtype=bool))
+        tick = advance(tick, commands, world=world, scenario=scenario, streams=streams)
+    return tick
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        {"estimator": "every_step"},
+        {"estimator": "every_step", "outliers": "huber"},
+        {"estimator": "every_step", "outliers": "bearing"},
+        {"backend": "distributed"},
+        {"backend": "distributed", "outliers": "huber"},
+        {"backend": "distributed", "outliers": "pcm"},
+    ],
+    ids=str,
+)
+def test_the_world_and_the_measurements_stay(how: dict[str, Any]) -> None:
+    """Chance and meetings are those of paper mode; the estimates are not, and they are better than none."""
+    plain, other = episode(), episode(**how)
+    np.testing.assert_array_equal(other.truth.poses, plain.truth.poses)
+    np.testing.assert_array_equal(other.belief.edges.z, plain.belief.edges.z)
+    np.testing.assert_array_equal(other.belief.last_met, plain.belief.last_met)
+    assert plain.belief.last_met.max() > 0
+    assert not np.array_equal(other.belief.estimate, plain.belief.estimate)
+    dead = episode(kappa=10_000)
+    error = [ate_trans(tick.belief.estimate, tick.truth.poses).mean() for tick in (other, dead)]
+    assert error[0] < error[1]
+
+
+@pytest.mark.parametrize("how", [{"estimator": "every_step"}, {"backend": "distributed"}], ids=str)
+def test_without_noise_nothing_moves(how: dict[str, Any]) -> None:
+    tick = episode(sigma_t_m=0.0, sigma_r_rad=0.0, **how)
+    np.testing.assert_allclose(tick.belief.estimate, tick.truth.poses, atol=1e-6)
+    np.testing.assert_allclose(tick.belief.err, 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("how", [{}, {"estimator": "every_step"}, {"backend": "distributed"}], ids=str)
+def test_twice_the_same_to_the_bit(how: dict[str, Any]) -> None:
+    first, second = episode(n_robots=3, **how), episode(n_robots=3, **how)
+    np.testing.assert_array_equal(first.belief.estimate, second.belief.estimate)
+    np.testing.assert_array_equal(first.belief.covariance, second.belief.covariance)
+
+
+@pytest.mark.parametrize("loss", ["none", "huber"])
+@pytest.mark.parametrize("third_party", ["fixed_told", "ignore"])
+def test_robots_by_themselves_come_near_the_central_optimum(loss: str, third_party: str) -> None:
+    """Their cost is chordal and they stop early, so the error of Eq. 4 is compared, not the poses."""
+    tick = episode(kappa=10_000, n_robots=3, seed=3)
+    poses, edges = tick.belief.estimate, tick.belief.edges
+    mine, report = solve_by_robots(poses, edges, robots=[0, 2], loss=loss, third_party=third_party)
+    best, _ = solve(poses, edges, robots=[0, 2], loss=loss, third_party=third_party)
+    np.testing.assert_array_equal(mine[:, 0], poses[:, 0])
+    np.testing.assert_array_equal(mine[1], poses[1])
+    assert report.converged
+    errors = [residual_error(p, edges, weights="information")[[0, 2]].sum() for p in (poses, mine, best)]
+    assert errors[2] <= errors[1] * 1.001 <= errors[0]
+    assert np.abs(mine - best)[..., :2].max() < 0.35 * np.abs(poses - best)[..., :2].max()
+
+
+def test_lost_messages_cost_bytes_and_change_nothing() -> None:
+    sure, lossy = (episode(backend="distributed", message_loss=loss) for loss in (0.0, 0.4))
+    np.testing.assert_array_equal(sure.belief.estimate, lossy.belief.estimate)
+    assert lossy.belief.bytes_sent > sure.belief.bytes_sent
+
+
+def test_a_solution_that_did_not_arrive_is_not_believed() -> None:
+    """With nearly all messages lost the robots keep their poses and what is due stays due."""
+    tick = episode(backend="distributed", message_loss=1.0 - 1e-9)
+    assert tick.belief.last_met.max() == 0
+    assert tick.belief.observed.max() > RendezvousConfig().kappa
+    np.testing.assert_array_equal(tick.belief.estimate, episode(kappa=10_000).belief.estimate)
+
+
+def test_covariance_grows_on_the_way_and_falls_at_a_meeting() -> None:
+    alone, met = episode(kappa=10_000), episode()
+    trace = np.trace(alone.belief.covariance[:, :2, :2], axis1=1, axis2=2)
+    n_steps, sigma_t_m = 12, scenario_named("paper-hw-2").sensing.sigma_t_m
+    assert (trace > 0.99 * 2.0 * n_steps * sigma_t_m**2).all()
+    assert (np.trace(met.belief.covariance[:, :2, :2], axis1=1, axis2=2) < trace).all()
+    np.testing.assert_allclose(met.belief.covariance, met.belief.covariance.transpose(0, 2, 1), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"estimator": "sometimes"}, "every_step"),
+        ({"backend": "cloud"}, "distributed"),
+        ({"estimator": "every_step", "backend": "distributed"}, "backend"),
+        ({"estimator": "every_step", "outliers": "gnc"}, "outliers"),
+        ({"estimator": "every_step", "outliers": "pcm+bearing"}, "outliers"),
+        ({"backend": "distributed", "outliers": "bearing"}, "outliers"),
+        ({"message_loss": 0.1}, "message_loss"),
+        ({"backend": "distributed", "message_loss": 1.0}, "message_loss"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(wrong: dict[str, Any], says: str) -> None:
+    with pytest.raises((ValueError, UnknownNameError), match=says):
+        RendezvousConfig(**wrong)
