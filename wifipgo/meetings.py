@@ -148,8 +148,10 @@ def _bytes_of_graphs(
     estimate: Float[np.ndarray, "robots times 3"], edges: Edges, bearings: Bearings, group: list[int]
 ) -> int:
     """Every member sends its trajectory, measurements and bearings to every other."""
-    n_edges = int(np.isin(edges.tail[:, 0], group).sum())
-    n_bearings = int(np.isin(bearings.observer[:, 0], group).sum())
+    member = np.zeros(len(estimate), dtype=bool)
+    member[group] = True
+    n_edges = int(member[edges.tail[:, 0]].sum())
+    n_bearings = int(member[bearings.observer[:, 0]].sum())
     content = BYTES_PER_POSE * len(group) * estimate.shape[1]
     content += BYTES_PER_EDGE * n_edges + BYTES_PER_BEARING * n_bearings
     return content * (len(group) - 1)
