@@ -13,7 +13,7 @@ from wifipgo.scenario_files import SUFFIX
 from wifipgo.scenarios import Scenario, scenario_from, scenario_named
 from wifipgo.settings import key_value
 
-_SCENARIO = tyro.constructors.PrimitiveConstructorSpec[str | Scenario](
+SCENARIO = tyro.constructors.PrimitiveConstructorSpec[str | Scenario](
     nargs=1,
     metavar="NAME",
     instance_from_str=lambda args: args[0],
@@ -49,7 +49,7 @@ class EvaluateConfig:
             what else is on the command line wins.
     """
 
-    scenario: Annotated[str | Scenario, _SCENARIO] = "paper-hw-2"
+    scenario: Annotated[str | Scenario, SCENARIO] = "paper-hw-2"
     policies: str = "active,random"
     trials: int = 20
     seed: int = 0

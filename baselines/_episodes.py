@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,10 +14,11 @@ from envs.rendezvous_v0 import parallel_env
 from wifipgo.graph import ate_rot, ate_trans
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
-from wifipgo.state import Tick
+from wifipgo.state import Tick, World
 
 LAST = 10
 
+OnTick = Callable[[Tick, World], None]
 Steps = Mapping[str, Shaped[np.ndarray, "iterations robots"]]
 
 
@@ -82,7 +83,14 @@ def trial_seed(seed: int, trial: int) -> int:
     return int(np.random.SeedSequence([seed, trial]).generate_state(1)[0])
 
 
-def run_episode(scenario: str | Scenario, policy: str | Policy, seed: int, *, trial: int = 0) -> Episode:
+def run_episode(
+    scenario: str | Scenario,
+    policy: str | Policy,
+    seed: int,
+    *,
+    trial: int = 0,
+    on_tick: OnTick | None = None,
+) -> Episode:
     """Run one policy from the start of a world to its end.
 
     Args:
@@ -90,6 +98,7 @@ def run_episode(scenario: str | Scenario, policy: str | Policy, seed: int, *, tr
         policy: Spec such as ``active:err_threshold=0.5``, or anything that drives a team.
         seed: Seed of the world, its noise and the policy's own chance.
         trial: Number to file the episode under.
+        on_tick: Called at the start and after each iteration, e.g. to draw.
 
     Raises:
         ValueError: Unknown scenario, policy or parameter.
@@ -100,10 +109,13 @@ def run_episode(scenario: str | Scenario, policy: str | Policy, seed: int, *, tr
     observations, _ = env.reset(seed=seed)
     rows: list[dict[str, np.ndarray]] = []
     meetings: list[np.ndarray] = []
+    look = on_tick or _look_away
+    look(env.tick, env.world)
     while env.agents:
         observations, *_, infos = env.step(driver.act(observations))
         rows.append(_row(env.tick, [info["mapped_share_truth"] for info in infos.values()]))
         meetings += _meetings(env.tick)
+        look(env.tick, env.world)
     steps = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
     return Episode(
         policy=policy if isinstance(policy, str) else type(policy).__name__,
@@ -117,6 +129,10 @@ def run_episode(scenario: str | Scenario, policy: str | Policy, seed: int, *, tr
         walls_m=env.world.layout.walls_m,
         obstacles_m=tuple(env.world.layout.obstacles_m),
     )
+
+
+def _look_away(tick: Tick, world: World) -> None:
+    """Nobody watches."""
 
 
 def _row(tick: Tick, mapped_share: Sequence[float]) -> dict[str, np.ndarray]:

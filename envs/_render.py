@@ -38,7 +38,7 @@ class Viewer:
         scene = scene_of(tick, scenario)
         if self._of is None or not self._same(world, scenario, scene.is_covariance):
             self._arena = ArenaPainter(world, scenario, self.config.height_px)
-            self._panel = Panel(scenario, self.config, is_covariance=scene.is_covariance)
+            self._panel = Panel(world, scenario, self.config, is_covariance=scene.is_covariance)
             self._of = world, scenario, scene.is_covariance
         self._arena.paint(scene, self._left)
         self._panel.paint(scene, self._right)

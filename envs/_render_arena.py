@@ -4,6 +4,7 @@ import numpy as np
 import pygame
 from jaxtyping import Bool, Float
 
+from envs import _render_colours as colours
 from envs import _render_marks as marks
 from envs._render_scene import Camera, Scene
 from envs._render_text import write
@@ -61,31 +62,31 @@ class ArenaPainter:
         path = self._camera.px(scene.true[..., :2])
         for t in range(n_old, path.shape[1]):  # in the order of time, as if every tick had been drawn
             for robot, own in enumerate(path[:, max(t - 1, 0) : t + 1]):
-                marks.ribbon(self._ground, own, marks.robot_colour(robot), self._size)
+                marks.ribbon(self._ground, own, colours.robot_colour(robot), self._size)
         self._poses, self._seen = scene.true, scene.seen
 
     def _bare_ground(self) -> None:
         """Paper, floor that nobody has seen, obstacles, a scale."""
         camera, side = self._camera, self._room_m * self._camera.px_per_m
-        self._ground.fill(marks.PAPER)
+        self._ground.fill(colours.PAPER)
         top = camera.bottom_px - side
         self._ground.fill(
-            marks.UNSEEN, pygame.Rect(round(camera.left_px), round(top), round(side), round(side))
+            colours.UNSEEN, pygame.Rect(round(camera.left_px), round(top), round(side), round(side))
         )
         self._obstacles()
         length_m = max((m for m in (0.5, 1, 2, 5, 10, 20, 50, 100) if m <= self._room_m / 4), default=0.5)
         end = camera.left_px + length_m * camera.px_per_m
         y = camera.bottom_px + 0.022 * self._side_px
-        pygame.draw.line(self._ground, marks.INK, (camera.left_px, y), (end, y), 4)
+        pygame.draw.line(self._ground, colours.INK, (camera.left_px, y), (end, y), 4)
         for x in (camera.left_px, end):
-            pygame.draw.line(self._ground, marks.INK, (x, y - 8), (x, y + 8), 4)
+            pygame.draw.line(self._ground, colours.INK, (x, y - 8), (x, y + 8), 4)
         place = (end + 0.012 * self._side_px, y)
-        write(self._ground, f"{length_m:g} m", place, 0.025 * self._side_px, marks.INK, middle=True)
+        write(self._ground, f"{length_m:g} m", place, 0.025 * self._side_px, colours.INK, middle=True)
 
     def _show_cells(self, new: Bool[np.ndarray, "cells cells"]) -> None:
         """Floor that came into view turns bright where nothing is drawn on it yet."""
         corners_m = CELL_M * (np.argwhere(new)[:, None] + np.array([[0, 1], [1, 0]]))
-        unseen, seen = (self._ground.map_rgb(colour) for colour in (marks.UNSEEN, marks.SEEN))
+        unseen, seen = (self._ground.map_rgb(colour) for colour in (colours.UNSEEN, colours.SEEN))
         pixels = pygame.surfarray.pixels2d(self._ground)
         boxes = np.rint(self._camera.px(np.minimum(corners_m, self._room_m))).astype(int)
         for (left, top), (right, bottom) in boxes.tolist():
@@ -96,28 +97,28 @@ class ArenaPainter:
         """Obstacles and walls."""
         for corners_m in self._world.layout.obstacles_m:
             corners = self._camera.px(corners_m).tolist()
-            pygame.draw.polygon(self._ground, marks.OBSTACLE, corners)
-            pygame.draw.polygon(self._ground, marks.WALL, corners, 3)
+            pygame.draw.polygon(self._ground, colours.OBSTACLE, corners)
+            pygame.draw.polygon(self._ground, colours.WALL, corners, 3)
         walls = self._camera.px(self._world.layout.walls_m)
         for begin, end in walls.tolist():
-            pygame.draw.line(self._ground, marks.WALL, begin, end, 6)
+            pygame.draw.line(self._ground, colours.WALL, begin, end, 6)
 
     def _links(self, scene: Scene, now: Float[np.ndarray, "robots 2"]) -> None:
         """Who hears whom, fast links on top."""
         order = np.argsort(scene.rate_share, kind="stable")
         for (i, j), share in zip(scene.pairs[order].tolist(), scene.rate_share[order].tolist(), strict=True):
             width = marks.rate_width(share, self._size)
-            pygame.draw.line(self._big, marks.rate_colour(share), now[i], now[j], width)
+            pygame.draw.line(self._big, colours.rate_colour(share), now[i], now[j], width)
 
     def _estimates(
         self, scene: Scene, believed: Float[np.ndarray, "robots times 2"], off: Bool[np.ndarray, " robots"]
     ) -> None:
         """Estimated trajectories, and how far their ends are off."""
         for robot, own in enumerate(believed):
-            marks.thread(self._big, own, marks.robot_colour(robot), self._size)
+            marks.thread(self._big, own, colours.robot_colour(robot), self._size)
         rings = self._camera.px(scene.rings_m)
         for robot in np.flatnonzero(off | scene.is_covariance).tolist():
-            marks.ring(self._big, rings[robot], marks.robot_colour(robot), self._size)
+            marks.ring(self._big, rings[robot], colours.robot_colour(robot), self._size)
 
     def _calls(self, scene: Scene, now: Float[np.ndarray, "robots 2"]) -> None:
         """Calls, and the direction from which their callees hear them."""
@@ -137,11 +138,11 @@ class ArenaPainter:
         """Robots as they believe to be, tied to the robots as they are."""
         yaw_rad, believed_rad = scene.true[:, -1, 2].tolist(), scene.estimate[:, -1, 2].tolist()
         for robot in np.flatnonzero(off).tolist():
-            colour = marks.robot_colour(robot)
+            colour = colours.robot_colour(robot)
             pygame.draw.line(self._big, colour, now[robot], believed[robot], 2)
             marks.ghost(self._big, believed[robot], believed_rad[robot], self._size, colour)
         for robot in range(len(now)):
-            marks.robot(self._big, now[robot], yaw_rad[robot], self._size, marks.robot_colour(robot))
+            marks.robot(self._big, now[robot], yaw_rad[robot], self._size, colours.robot_colour(robot))
 
     def _meetings(self, scene: Scene, now: Float[np.ndarray, "robots 2"]) -> None:
         """A small star where each robot last met, a large one where robots meet now."""
@@ -154,6 +155,6 @@ class ArenaPainter:
             marks.glow(self._big, middle, reach + 4.0 * self._size)
             for robot in group:
                 pose = scene.true[robot, -1]
-                marks.robot(self._big, now[robot], float(pose[2]), self._size, marks.robot_colour(robot))
+                marks.robot(self._big, now[robot], float(pose[2]), self._size, colours.robot_colour(robot))
             above = np.array([0.0, -(reach + 2.0 * self._size)])
             marks.star(self._big, middle + above, 2.0 * self._size)

@@ -5,12 +5,14 @@ from collections.abc import Callable
 import numpy as np
 import pygame
 
+from envs import _render_colours as colours
 from envs import _render_marks as marks
 from envs._render_config import RenderConfig
 from envs._render_scene import Scene
 from envs._render_text import write
 from wifipgo.radio.bands import band_of
 from wifipgo.scenarios import Scenario
+from wifipgo.state import World
 
 # Places are given for a panel of this height and scaled.
 _HEIGHT = 608.0
@@ -18,27 +20,30 @@ _LEFT, _RIGHT, _TEXT_LEFT = 16.0, 226.0, 66.0
 _BARS_TOP, _BARS_BOTTOM, _LEGEND_TOP, _ROW = 176.0, 268.0, 306.0, 25.0
 _BAR_CEILING = 3.0  # thresholds; a longer bar is cut and gets an arrow
 _MANY = 8
-_GROOVE: marks.Colour = (228, 229, 226)
+_GROOVE: colours.Colour = (228, 229, 226)
 
 
 class Panel:
     """Draws the panel of one episode; what never changes is drawn once."""
 
-    def __init__(self, scenario: Scenario, config: RenderConfig, *, is_covariance: bool) -> None:
+    def __init__(
+        self, world: World, scenario: Scenario, config: RenderConfig, *, is_covariance: bool
+    ) -> None:
         """Write title and legend."""
         self._scenario, self._u = scenario, config.height_px / _HEIGHT
+        self._has_obstacles = len(world.layout.obstacles_m) > 0
         self._still = pygame.Surface((config.panel_px, config.height_px))
         self._legend(is_covariance)
         self._write(self._still, scenario.name, 16.0, 24.0)
-        self._write(self._still, config.caption, 38.0, 17.0, marks.FAINT_INK)
+        self._write(self._still, config.caption, 38.0, 17.0, colours.FAINT_INK)
 
     def paint(self, scene: Scene, target: pygame.Surface) -> None:
         """Draw a scene's panel on a surface of the panel's size."""
         target.blit(self._still, (0, 0))
-        n_steps, seen = self._scenario.n_steps, scene.seen
+        n_steps = self._scenario.n_steps
         self._write(target, f"iteration {scene.t} of {n_steps}", 66.0, 18.0)
-        self._bar(target, 86.0, 5.0, min(scene.t / n_steps, 1.0), marks.FAINT_INK)
-        self._write(target, f"floor seen: {100.0 * seen.mean():.0f} %", 102.0, 18.0)
+        self._bar(target, 86.0, 5.0, min(scene.t / n_steps, 1.0), colours.FAINT_INK)
+        self._write(target, f"floor seen: {100.0 * scene.seen_share:.0f} %", 102.0, 18.0)
         self._write(target, f"position error, rms: {scene.rms_error_m:.2f} m", 122.0, 18.0)
         self._write(target, "Err of each robot", 152.0, 18.0)
         if len(scene.err_share) <= _MANY:
@@ -52,7 +57,7 @@ class Panel:
         text: str,
         y: float,
         size: float,
-        colour: marks.Colour = marks.INK,
+        colour: colours.Colour = colours.INK,
         *,
         x: float = _LEFT,
         middle: bool = False,
@@ -68,7 +73,7 @@ class Panel:
         return pygame.Rect(x, y, round(self._u * right) - x, max(round(self._u * bottom) - y, 1))
 
     def _bar(
-        self, target: pygame.Surface, top: float, height: float, share: float, colour: marks.Colour
+        self, target: pygame.Surface, top: float, height: float, share: float, colour: colours.Colour
     ) -> None:
         """A groove, filled from the left."""
         end = _LEFT + (_RIGHT - _LEFT) * share
@@ -83,16 +88,16 @@ class Panel:
         pitch = min((_BARS_BOTTOM - _BARS_TOP) / len(err_share), 30.0)
         scale = (_RIGHT - 50.0 - _LEFT) / _BAR_CEILING
         for robot, share in enumerate(err_share.tolist()):
-            top, colour = _BARS_TOP + pitch * robot, marks.robot_colour(robot)
+            top, colour = _BARS_TOP + pitch * robot, colours.robot_colour(robot)
             bottom = top + 0.72 * pitch
             target.fill(_GROOVE, self._rect(_LEFT, top, _LEFT + scale * _BAR_CEILING, bottom))
             target.fill(colour, self._rect(_LEFT, top, _LEFT + scale * min(share, _BAR_CEILING), bottom))
             shown = f"{share * self._threshold():.3g}" if share < 100.0 else "> 99 x"
-            colour = marks.CALL if share > 1.0 else marks.INK
+            colour = colours.CALL if share > 1.0 else colours.INK
             self._write(target, shown, 0.5 * (top + bottom), 18.0, colour, x=_RIGHT, middle=True, right=True)
         x, end = _LEFT + scale, _BARS_TOP + pitch * len(err_share)
-        target.fill(marks.CALL, self._rect(x - 1.0, _BARS_TOP - 5.0, x + 1.0, end))
-        self._write(target, f"threshold {self._threshold():g}", end + 2.0, 16.0, marks.CALL, x=x - 1.0)
+        target.fill(colours.CALL, self._rect(x - 1.0, _BARS_TOP - 5.0, x + 1.0, end))
+        self._write(target, f"threshold {self._threshold():g}", end + 2.0, 16.0, colours.CALL, x=x - 1.0)
 
     def _columns(self, target: pygame.Surface, err_share: np.ndarray) -> None:
         """A column for each of many robots, and the threshold across all."""
@@ -101,19 +106,19 @@ class Panel:
         target.fill(_GROOVE, self._rect(_LEFT, _BARS_TOP, _RIGHT, _BARS_BOTTOM))
         for robot, share in enumerate(err_share.tolist()):
             left, top = _LEFT + width * robot, _BARS_BOTTOM - scale * min(share, _BAR_CEILING)
-            over = marks.CALL if share > 1.0 else marks.robot_colour(robot)
+            over = colours.CALL if share > 1.0 else colours.robot_colour(robot)
             target.fill(over, self._rect(left, top, left + 0.8 * width, _BARS_BOTTOM))
         y = _BARS_BOTTOM - scale
-        target.fill(marks.CALL, self._rect(_LEFT, y - 1.0, _RIGHT, y + 1.0))
+        target.fill(colours.CALL, self._rect(_LEFT, y - 1.0, _RIGHT, y + 1.0))
         n_over = int((err_share > 1.0).sum())
         text = f"{n_over} of {len(err_share)} above the threshold of {self._threshold():g}"
-        self._write(target, text, _BARS_BOTTOM + 4.0, 16.0, marks.CALL)
+        self._write(target, text, _BARS_BOTTOM + 4.0, 16.0, colours.CALL)
 
     def _legend(self, is_covariance: bool) -> None:
         """Every mark beside its meaning; marks are drawn large and scaled down, as in the arena."""
         rows = self._marks(is_covariance)
         large = pygame.Surface((2 * self._still.get_width(), 2 * self._still.get_height()))
-        large.fill(marks.PAPER)
+        large.fill(colours.PAPER)
         unit, middle = 2.0 * self._u, 0.5 * (_LEFT + _TEXT_LEFT - 8.0)
         for k, (draw, _) in enumerate(rows):
             draw(large, unit * np.array([middle, _LEGEND_TOP + _ROW * k]), unit * 6.0)
@@ -138,15 +143,15 @@ class Panel:
             (_star, "rendezvous"),
             (_floor, "floor seen, not seen"),
         ]
-        return rows + [(_obstacle, "obstacle")] * (self._scenario.arena.n_obstacles > 0)
+        return rows + [(_obstacle, "obstacle")] * self._has_obstacles
 
 
 def _robot(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    marks.robot(surface, place, 0.5, size, marks.ROBOTS[0])
+    marks.robot(surface, place, 0.5, size, colours.ROBOTS[0])
 
 
 def _ghost(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    marks.ghost(surface, place, 0.5, size, marks.ROBOTS[0])
+    marks.ghost(surface, place, 0.5, size, colours.ROBOTS[0])
 
 
 def _wave(place: np.ndarray, size: float) -> np.ndarray:
@@ -156,17 +161,17 @@ def _wave(place: np.ndarray, size: float) -> np.ndarray:
 
 
 def _ribbon(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    marks.ribbon(surface, _wave(place, size), marks.ROBOTS[0], size)
+    marks.ribbon(surface, _wave(place, size), colours.ROBOTS[0], size)
 
 
 def _thread(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    marks.thread(surface, _wave(place, size), marks.ROBOTS[0], size)
+    marks.thread(surface, _wave(place, size), colours.ROBOTS[0], size)
 
 
 def _ring(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
     turn_rad = np.linspace(0.0, 2.0 * np.pi, 48)
     outline = place + 1.6 * size * np.stack([np.cos(turn_rad), np.sin(turn_rad)], axis=1)
-    marks.ring(surface, outline, marks.ROBOTS[0], size)
+    marks.ring(surface, outline, colours.ROBOTS[0], size)
 
 
 def _links(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
@@ -174,14 +179,16 @@ def _links(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
     edges = np.linspace(-3.0, 3.0, 7)
     for share, begin, end in zip(np.linspace(0.1, 1.0, 6).tolist(), edges[:-1], edges[1:], strict=True):
         left, right = (place + size * np.array([x, 0.0]) for x in (begin, end))
-        pygame.draw.line(surface, marks.rate_colour(share), left, right, marks.rate_width(share, 1.4 * size))
+        pygame.draw.line(
+            surface, colours.rate_colour(share), left, right, marks.rate_width(share, 1.4 * size)
+        )
 
 
 def _call(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
     caller = place - np.array([2.2 * size, 0.0])
     marks.call(surface, caller, place + np.array([4.0 * size, 0.0]), 0.62 * size)
     marks.waves(surface, caller, 0.42 * size)
-    marks.robot(surface, caller, 0.0, 0.5 * size, marks.ROBOTS[1])
+    marks.robot(surface, caller, 0.0, 0.5 * size, colours.ROBOTS[1])
 
 
 def _lobe(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
@@ -196,14 +203,14 @@ def _star(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
 
 
 def _floor(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    for colour, left in ((marks.SEEN, -2.8), (marks.UNSEEN, 0.0)):
+    for colour, left in ((colours.SEEN, -2.8), (colours.UNSEEN, 0.0)):
         corner = place + size * np.array([left, -1.2])
         box = pygame.Rect(corner.tolist(), (2.8 * size, 2.4 * size))
         surface.fill(colour, box)
-        pygame.draw.rect(surface, marks.FAINT_INK, box, 2)
+        pygame.draw.rect(surface, colours.FAINT_INK, box, 2)
 
 
 def _obstacle(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
     box = pygame.Rect((place - size * np.array([1.6, 1.1])).tolist(), (3.2 * size, 2.2 * size))
-    surface.fill(marks.OBSTACLE, box)
-    pygame.draw.rect(surface, marks.WALL, box, 3)
+    surface.fill(colours.OBSTACLE, box)
+    pygame.draw.rect(surface, colours.WALL, box, 3)

@@ -46,6 +46,7 @@ class Scene:
         true: Poses up to now.
         estimate: The same as the robots now believe them.
         seen: Cells that somebody has seen.
+        seen_share: Share of the free cells that these are.
         pairs: Robots of which one listens to the other.
         rate_share: Rate of each such link, of the band's top rate.
         calls: (caller, callee) of each call that is up.
@@ -63,6 +64,7 @@ class Scene:
     true: Float[np.ndarray, "robots times 3"]
     estimate: Float[np.ndarray, "robots times 3"]
     seen: Bool[np.ndarray, "cells cells"]
+    seen_share: float
     pairs: Int[np.ndarray, "links 2"]
     rate_share: Float[np.ndarray, " links"]
     calls: Int[np.ndarray, "calls 2"]
@@ -94,10 +96,11 @@ def scene_of(tick: Tick, scenario: Scenario) -> Scene:
         true=truth.poses,
         estimate=belief.estimate,
         seen=truth.cells.seen,
+        seen_share=truth.cells.share,
         pairs=pairs,
         rate_share=belief.rate_mbit_s[pairs[:, 0], pairs[:, 1]] / top_mbit_s,
         calls=calls,
-        lobes=_lobes(belief, calls, truth.poses[:, -1, 2]),
+        lobes=_lobes_of_calls(belief, calls, truth.poses[:, -1, 2]),
         met=belief.met,
         last_met_m=truth.poses[met, belief.last_met[met], :2],
         rings_m=_rings(belief.estimate[:, -1, :2], truth.poses[:, -1, :2], covariance),
@@ -120,17 +123,24 @@ def _covariances(belief: Belief) -> Float[np.ndarray, "robots 2 2"] | None:
     return next((np.asarray(value) for value in found if value is not None), None)
 
 
-def _lobes(
+def lobes(
+    profile: Float[np.ndarray, "links grid"], yaw_rad: Float[np.ndarray, " links"]
+) -> Float[np.ndarray, "links bins 2"]:
+    """AOA profiles as outlines in the world, in the bins of an observation, with a maximum of 1."""
+    binned = profile.reshape(len(profile), N_BINS, profile.shape[1] // N_BINS).max(axis=2)
+    radius = binned / np.maximum(binned.max(axis=1, keepdims=True), np.finfo(np.float32).tiny)
+    azimuth_rad = yaw_rad[:, None] + bin_azimuths()
+    return radius[..., None] * np.stack([np.cos(azimuth_rad), np.sin(azimuth_rad)], axis=-1)
+
+
+def _lobes_of_calls(
     belief: Belief, calls: Int[np.ndarray, "calls 2"], yaw_rad: Float[np.ndarray, " robots"]
 ) -> Float[np.ndarray, "calls bins 2"]:
-    """Profiles of callers at their callees, turned from body to world."""
+    """Profiles of callers at their callees."""
     caller, callee = calls.T
     heard = belief.slots[callee] == caller[:, None]
-    fine = np.where(heard.any(axis=1)[:, None], belief.profile[callee, heard.argmax(axis=1)], 0.0)
-    profile = fine.reshape(len(calls), N_BINS, fine.shape[1] // N_BINS).max(axis=2)
-    radius = profile / np.maximum(profile.max(axis=1, keepdims=True), np.finfo(np.float32).tiny)
-    azimuth_rad = yaw_rad[callee][:, None] + bin_azimuths()
-    return radius[..., None] * np.stack([np.cos(azimuth_rad), np.sin(azimuth_rad)], axis=-1)
+    profile = np.where(heard.any(axis=1)[:, None], belief.profile[callee, heard.argmax(axis=1)], 0.0)
+    return lobes(profile, yaw_rad[callee])
 
 
 def _rings(

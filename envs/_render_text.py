@@ -4,7 +4,7 @@ import functools
 
 import pygame
 
-from envs._render_marks import INK, Colour
+from envs._render_colours import INK, Colour
 
 # Letters are drawn this much larger and scaled down: small ones would otherwise stand unevenly.
 _OVERSAMPLE = 4

@@ -1,0 +1,44 @@
+"""Colours of the pictures: what a robot, a link, a call has, wherever it is drawn."""
+
+import functools
+
+Colour = tuple[int, int, int]
+
+# Robots: Okabe and Ito's green and purple first; the rest keeps away from the colours of calls and links.
+ROBOTS: tuple[Colour, ...] = (
+    (0, 158, 115),
+    (186, 85, 150),
+    (146, 116, 0),
+    (92, 82, 178),
+    (139, 94, 60),
+    (60, 128, 150),
+)
+INK: Colour = (45, 48, 56)
+FAINT_INK: Colour = (112, 117, 128)
+PAPER: Colour = (250, 250, 247)
+UNSEEN: Colour = (226, 228, 230)
+SEEN: Colour = (252, 252, 250)
+OBSTACLE: Colour = (150, 154, 160)
+WALL: Colour = (70, 74, 82)
+CALL: Colour = (213, 66, 0)
+LOBE: Colour = (240, 150, 20)
+MEETING: Colour = (255, 208, 0)
+_SLOW: Colour = (196, 216, 234)
+_FAST: Colour = (0, 74, 150)
+
+
+def robot_colour(robot: int) -> Colour:
+    """Colour of a robot; colours repeat where there are many."""
+    return ROBOTS[robot % len(ROBOTS)]
+
+
+@functools.lru_cache(maxsize=256)
+def mixed(colour: Colour, other: Colour, share: float) -> Colour:
+    """Colour between two; ``share`` of the second."""
+    red, green, blue = (round(a + (b - a) * share) for a, b in zip(colour, other, strict=True))
+    return red, green, blue
+
+
+def rate_colour(share: float) -> Colour:
+    """Colour of a link by its rate over the top rate."""
+    return mixed(_SLOW, _FAST, share)
