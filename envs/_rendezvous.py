@@ -130,17 +130,21 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         Raises:
             ValueError: An option that does not exist or that would change the spaces.
         """
-        if seed is not None or self._entropy is None:
+        entropy, episode = self._entropy, self._episode + 1
+        if seed is not None or entropy is None:
             root = np.random.SeedSequence(seed).entropy
-            self._entropy, self._episode = root if isinstance(root, int) else 0, 0
-        else:
-            self._episode += 1
+            entropy, episode = root if isinstance(root, int) else 0, 0
         changes = {k: v for k, v in (options or {}).items() if k not in _IGNORED_OPTIONS}
         for name in changes:
             require(name not in _FIXED, f"options[{name!r}]", "set when the environment is made", name)
-        self.scenario = self.base_scenario.with_overrides(**changes)
-        self._streams = Streams.for_episode(self._entropy, self._episode)
-        self._world, self._tick = start(self.scenario, self._streams)
+        scenario, streams = (
+            self.base_scenario.with_overrides(**changes),
+            Streams.for_episode(entropy, episode),
+        )
+        world, tick = start(scenario, streams)
+        # Nothing is refused from here on: what was refused left the episode before as it was.
+        self._entropy, self._episode, self._streams = entropy, episode, streams
+        self.scenario, self._world, self._tick = scenario, world, tick
         self._mapped = first_map(self._tick)
         self.agents = list(self.possible_agents)
         if self.render_mode == "human":

@@ -60,13 +60,14 @@ def agent_table(env: RendezvousEnv, seed: int) -> Table:
         "step (m)",
         "sigma_t (m)",
         "sigma_r (deg)",
+        "antenna scale",
     )
     starts, steps_m = env.world.layout.starts, scenario.arena.steps_m(n)
-    for agent, (x, y, yaw), step_m, (sigma_t, sigma_r) in list(
-        zip(env.possible_agents, starts, steps_m, scenario.sensing.sigmas(n), strict=True)
-    )[:_SHOWN_AGENTS]:
+    scales, sigmas = scenario.turn.antenna_scale or (1.0,) * n, scenario.sensing.sigmas(n)
+    rows = list(zip(env.possible_agents, starts, steps_m, sigmas, scales, strict=True))
+    for agent, (x, y, yaw), step_m, (sigma_t, sigma_r), scale in rows[:_SHOWN_AGENTS]:
         where = f"{x:.2f}, {y:.2f}, {np.rad2deg(yaw):.0f}"
-        _add(table, agent, where, float(step_m), float(sigma_t), float(np.rad2deg(sigma_r)))
+        _add(table, agent, where, float(step_m), float(sigma_t), float(np.rad2deg(sigma_r)), float(scale))
     if n > _SHOWN_AGENTS:
         _add(table, f"... {env.possible_agents[-1]}")
     return table

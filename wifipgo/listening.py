@@ -1,12 +1,15 @@
 """Whom each robot listens to in an iteration, and what that says about its measurements."""
 
+import functools
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo.graph import GUARDS, Bearings, direction_weights
-from wifipgo.radio.aoa import find_peaks
+from wifipgo.radio.aoa import AoaConfig, find_peaks
+from wifipgo.radio.csi import RadioConfig
 from wifipgo.radio.hearing import Links, listen
 from wifipgo.radio.impairments import Standing
 from wifipgo.rendezvous import NOBODY, Calls, choose_slots
@@ -42,19 +45,42 @@ def listened(
     receiver, sender = np.nonzero(wanted)
     row = np.full((n, n), NOBODY)
     row[receiver, sender] = np.arange(len(receiver))
-    profile = listen(
-        links,
-        receiver,
-        sender,
-        yaw_rad,
-        radio=scenario.radio,
-        turn=scenario.turn,
-        rng=rng,
-        standing=standing,
-    )
+    profile = _profiles(links, receiver, sender, yaw_rad, standing, scenario=scenario, rng=rng)
     by_slot = np.zeros((*slots.shape, scenario.turn.n_azimuths), dtype=np.float32)
     by_slot[robot, slot] = profile[row[robot, slots[robot, slot]]]
     return Listening(slots, by_slot, row, profile)
+
+
+def _profiles(
+    links: Links,
+    receiver: Int[np.ndarray, " links"],
+    sender: Int[np.ndarray, " links"],
+    yaw_rad: Float[np.ndarray, " robots"],
+    standing: Standing,
+    *,
+    scenario: Scenario,
+    rng: np.random.Generator,
+) -> Float[np.ndarray, "links grid"]:
+    """One profile for each link, in one product for each kind of antennas that a receiver carries."""
+    hear = functools.partial(listen, links, yaw_rad=yaw_rad, rng=rng, standing=standing)
+    if not scenario.turn.antenna_scale:
+        return hear(receiver, sender, radio=scenario.radio, turn=scenario.turn)
+    scale = np.array(scenario.turn.antenna_scale)[receiver]
+    profile = np.zeros((len(receiver), scenario.turn.n_azimuths), dtype=np.float32)
+    for one in np.unique(scale).tolist():
+        rows = np.flatnonzero(scale == one)
+        radio, turn = _scaled(scenario.radio, scenario.turn, one)
+        profile[rows] = hear(receiver[rows], sender[rows], radio=radio, turn=turn)
+    return profile
+
+
+@functools.lru_cache(maxsize=64)
+def _scaled(radio: RadioConfig, turn: AoaConfig, scale: float) -> tuple[RadioConfig, AoaConfig]:
+    """Antennas further apart, or closer, by a factor."""
+    if scale == 1.0:
+        return radio, turn
+    places_m = tuple((scale * x, scale * y) for x, y in radio.antennas_m)
+    return replace(radio, antennas_m=places_m), replace(turn, antenna_gap_m=scale * turn.antenna_gap_m)
 
 
 def weights_of(others: RelativePoses, heard: Listening, scenario: Scenario) -> Float[np.ndarray, " edges"]:

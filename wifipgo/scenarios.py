@@ -67,9 +67,9 @@ class Scenario:
         self._check_radio()
         self.sensing.sigmas(self.n_robots)  # refuses a noise_scale of another length
         self.arena.steps_m(self.n_robots)
-        starts = self.arena.starts
-        rule = f"empty or {self.n_robots} long"
-        require(len(starts) in {0, self.n_robots}, "ArenaConfig.starts", rule, starts)
+        each = {"ArenaConfig.starts": self.arena.starts, "AoaConfig.antenna_scale": self.turn.antenna_scale}
+        for name, given in each.items():
+            require(len(given) in {0, self.n_robots}, name, f"empty or {self.n_robots} long", given)
 
     def _check_radio(self) -> None:
         """Reject a demand that no link meets, and a turn that compares no antennas."""

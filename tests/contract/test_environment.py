@@ -188,16 +188,23 @@ def test_options_hold_for_one_episode() -> None:
         ({"n_robots": 3}, r"n_robots.*set when the environment is made"),
         ({"n_slots": 1}, r"n_slots.*set when the environment is made"),
         ({"n_obstacles": -1}, r"ArenaConfig.n_obstacles must be >= 0, got -1"),
+        ({"n_obstacles": 900}, r"ArenaConfig.n_obstacles must be at most what fits"),
         ({"size_m": float("nan")}, r"size_m must be finite, got nan"),
         ({"n_obstacle": 1}, r"unknown scenario field .n_obstacle.; known: .*n_obstacles"),
     ],
 )
-def test_options_that_are_refused_leave_the_episode(options: dict[str, object], message: str) -> None:
-    env = rendezvous_v0.parallel_env()
-    env.reset(seed=0)
+def test_what_is_refused_leaves_the_episode(options: dict[str, object], message: str) -> None:
+    """The episode goes on, and the next one is the same as if nobody had asked."""
+    env, other = rendezvous_v0.parallel_env(), rendezvous_v0.parallel_env()
+    for one in (env, other):
+        one.reset(seed=0)
     with pytest.raises(ValueError, match=message):
         env.reset(options=options)
+    with pytest.raises(ValueError, match=message):
+        env.reset(seed=9, options=options)
     env.step({a: np.zeros(3) for a in env.agents})
+    assert env.scenario == env.base_scenario
+    np.testing.assert_array_equal(env.reset()[0]["robot_0"], other.reset()[0]["robot_0"])
 
 
 def test_reset_options_are_scenario_fields() -> None:

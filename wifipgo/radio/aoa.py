@@ -66,6 +66,7 @@ class AoaConfig:
 
     Attributes:
         antenna_gap_m: Distance between the two antennas.
+        antenna_scale: One factor per robot on how far apart its antennas are, or empty for all 1.
         turn_rad: Angle by which a robot turns in place at the end of an iteration.
         n_positions: Packets that arrive during a turn.
         n_azimuths: Directions of a profile, a multiple of 72.
@@ -75,6 +76,7 @@ class AoaConfig:
     """
 
     antenna_gap_m: float = 0.22
+    antenna_scale: tuple[float, ...] = ()
     turn_rad: float = np.pi / 2.0
     n_positions: int = 64
     n_azimuths: int = 360
@@ -86,6 +88,8 @@ class AoaConfig:
         """Reject values that cannot mean anything."""
         for name in ("antenna_gap_m", "turn_rad"):
             require(getattr(self, name) > 0.0, f"AoaConfig.{name}", "> 0", getattr(self, name))
+        for scale in self.antenna_scale:
+            require(0.0 < scale < np.inf, "AoaConfig.antenna_scale", "all > 0 and finite", self.antenna_scale)
         require(self.n_positions >= 8, "AoaConfig.n_positions", ">= 8", self.n_positions)
         require(
             self.n_azimuths >= 72 and self.n_azimuths % 72 == 0,
