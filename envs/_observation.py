@@ -139,7 +139,7 @@ def observe(belief: Belief, scenario: Scenario) -> Float[np.ndarray, "robots num
 
 
 def _share(value: np.ndarray) -> np.ndarray:
-    return np.clip(value, 0.0, _CEILING)
+    return np.minimum(np.maximum(value, 0.0), _CEILING)
 
 
 def _own(belief: Belief, scenario: Scenario) -> np.ndarray:
@@ -152,7 +152,7 @@ def _own(belief: Belief, scenario: Scenario) -> np.ndarray:
     out[:, 0] = _share(belief.err / scenario.rendezvous.err_threshold)
     out[:, 1] = np.minimum((belief.t - belief.last_met) / scenario.n_steps, 1.0)
     out[:, 2], out[:, 3] = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    out[:, 4:6] = np.clip(pose[:, :2] / scenario.arena.size_m, -1.0, 2.0)
+    out[:, 4:6] = np.minimum(np.maximum(pose[:, :2] / scenario.arena.size_m, -1.0), 2.0)
     out[:, 6] = calling
     out[callee[heard], 7] = 1.0
     return out
@@ -165,7 +165,7 @@ def _slots(belief: Belief, scenario: Scenario) -> np.ndarray:
     low, high = (limit / 30.0 for limit in _ESNR_DB)
     out = np.empty((*partner.shape, _width(_SLOT)), dtype=np.float32)
     out[..., 0] = 1.0
-    out[..., 1] = np.clip(belief.esnr_db[robot, partner] / 30.0, low, high)
+    out[..., 1] = np.minimum(np.maximum(belief.esnr_db[robot, partner] / 30.0, low), high)
     out[..., 2] = belief.rate_mbit_s[robot, partner] / band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s
     out[..., 3] = _share(belief.discrepancy[robot, partner])
     out[..., 4] = _share(belief.err[partner] / scenario.rendezvous.err_threshold)

@@ -131,10 +131,12 @@ def _moved(truth: Truth, drive: Drive, world: World, scenario: Scenario) -> Trut
 def _dead_reckoned(belief: Belief, motion: Float[np.ndarray, "robots 3"], scenario: Scenario) -> Belief:
     """Append the pose that odometry suggests, and the odometry."""
     n, t = len(motion), belief.t
-    robots, sigma = np.arange(n), scenario.sensing.stated_sigmas(n)
+    sigma = scenario.sensing.stated_sigmas(n)
+    tail = np.empty((n, 2), dtype=np.int64)
+    tail[:, 0], tail[:, 1] = np.arange(n), t
     odometry_edges = Edges.measured(
-        tail=np.stack([robots, np.full(n, t)], axis=1),
-        head=np.stack([robots, np.full(n, t + 1)], axis=1),
+        tail=tail,
+        head=tail + np.array([0, 1]),
         z=motion,
         sigma=sigma,
     )
@@ -158,7 +160,8 @@ def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, s
     )
     found, directions = _measured(truth, belief, seen, heard, world=world, scenario=scenario, streams=streams)
     linked = links.rate_mbit_s >= link.q_mbit_s
-    edges, n_bytes = _told_where_linked(extended(belief.edges, *found), belief.estimate, linked)
+    edges = extended(belief.edges, *found) if found else belief.edges
+    edges, n_bytes = _told_where_linked(edges, belief.estimate, linked)
     belief = replace(
         belief,
         edges=edges,
@@ -212,15 +215,18 @@ def _measured(
         truth.poses[:, -1], belief.t, seen, cfg=cfg, rng=streams.sensing, outlier_rng=streams.outliers
     )
     places = observe_own_places(truth.poses, world.faces_m, cfg=cfg, rng=streams.sensing)
-    weight = weights_of(others, heard, scenario)
-    told = belief.estimate[others.head[:, 0], others.head[:, 1]]
-    found = (
-        Edges.measured(
-            tail=others.tail, head=others.head, z=others.z, sigma=others.sigma, weight=weight, told=told
-        ),
-        Edges.measured(tail=places.tail, head=places.head, z=places.z, sigma=places.sigma),
-    )
-    return [edges for edges in found if len(edges)], bearings_of(others, heard, scenario)
+    found = []
+    if len(others.z):
+        weight = weights_of(others, heard, scenario)
+        told = belief.estimate[others.head[:, 0], others.head[:, 1]]
+        found.append(
+            Edges.measured(
+                tail=others.tail, head=others.head, z=others.z, sigma=others.sigma, weight=weight, told=told
+            )
+        )
+    if len(places.z):
+        found.append(Edges.measured(tail=places.tail, head=places.head, z=places.z, sigma=places.sigma))
+    return found, bearings_of(others, heard, scenario)
 
 
 def _told_where_linked(

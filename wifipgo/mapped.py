@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo.state import Tick
-from wifipgo.world.coverage import CellMap, Sightings, middles
+from wifipgo.world.coverage import Sightings, middles
 
 # A cell counts as mapped if the map has it this close to the truth.
 TOLERANCE_M = 0.5
@@ -42,7 +42,7 @@ def first_map(tick: Tick) -> Mapped:
     """Map of all that was seen so far."""
     n = tick.truth.cells.seen.size
     everything = np.ones(tick.belief.estimate.shape[:2], dtype=bool)
-    return _added(Mapped(np.zeros((n, 2)), np.zeros(n, dtype=np.int64), 0.0), tick, everything)
+    return _shared(*_added(np.zeros((n, 2)), np.zeros(n, dtype=np.int64), tick, everything), tick)
 
 
 def updated_map(mapped: Mapped, before: Tick, after: Tick) -> Mapped:
@@ -51,20 +51,28 @@ def updated_map(mapped: Mapped, before: Tick, after: Tick) -> Mapped:
     fresh = np.ones(new.shape[:2], dtype=bool)
     moved = (old != new[:, : old.shape[1]]).any(axis=-1)
     fresh[:, : old.shape[1]] = moved
-    kept = _added(mapped, before, moved, sign=-1) if moved.any() else mapped
-    return _added(kept, after, fresh)
+    off_m, count = mapped.off_m, mapped.n_sightings
+    if moved.any():
+        off_m, count = _added(off_m, count, before, moved, sign=-1)
+    return _shared(*_added(off_m, count, after, fresh), after)
 
 
-def _added(mapped: Mapped, tick: Tick, poses: Bool[np.ndarray, "robots times"], *, sign: int = 1) -> Mapped:
-    """Add, or take away, what was seen from some poses."""
+def _added(
+    off_m: Float[np.ndarray, "squares 2"],
+    count: Int[np.ndarray, " squares"],
+    tick: Tick,
+    poses: Bool[np.ndarray, "robots times"],
+    *,
+    sign: int = 1,
+) -> tuple[Float[np.ndarray, "squares 2"], Int[np.ndarray, " squares"]]:
+    """Add to the sums, or take away, what was seen from some poses."""
     cells = tick.truth.cells
     robot, time, cell = _seen_from(cells.sightings, poses)
-    off_m = _offsets(tick, robot, time, middles(len(cells.seen))[cell])
-    n = cells.seen.size
-    sums = [np.bincount(cell, column, minlength=n) for column in off_m.T]
-    off_m = mapped.off_m + sign * np.stack(sums, axis=1)
-    count = mapped.n_sightings + sign * np.bincount(cell, minlength=n)
-    return Mapped(off_m, count, _share(off_m, count, cells))
+    each_m = _offsets(tick, robot, time, middles(len(cells.seen))[cell])
+    sums = np.empty_like(off_m)
+    for axis in (0, 1):
+        sums[:, axis] = np.bincount(cell, each_m[:, axis], minlength=len(sums))
+    return off_m + sign * sums, count + sign * np.bincount(cell, minlength=len(sums))
 
 
 def _seen_from(
@@ -94,9 +102,8 @@ def _offsets(
     return believed[:, :2] + np.stack([c * x_m - s * y_m, s * x_m + c * y_m], axis=1) - middle_m
 
 
-def _share(
-    off_m: Float[np.ndarray, "squares 2"], count: Int[np.ndarray, " squares"], cells: CellMap
-) -> float:
-    """Share of the free cells that are mapped."""
-    close = (off_m**2).sum(axis=1) <= (TOLERANCE_M * count) ** 2
-    return float((close & (count > 0)).sum() / cells.free.sum())
+def _shared(off_m: Float[np.ndarray, "squares 2"], count: Int[np.ndarray, " squares"], tick: Tick) -> Mapped:
+    """The map with the share of the free cells that are mapped."""
+    close = off_m[:, 0] ** 2 + off_m[:, 1] ** 2 <= (TOLERANCE_M * count) ** 2
+    share = (close & (count > 0)).sum() / tick.truth.cells.free.sum()
+    return Mapped(off_m, count, float(share))

@@ -23,19 +23,25 @@ def rotate(yaw_rad: Float[np.ndarray, "..."], v_m: Float[np.ndarray, "... 2"]) -
     return out
 
 
+def _joined(p_m: Float[np.ndarray, "... 2"], yaw_rad: Float[np.ndarray, "..."]) -> Float[np.ndarray, "... 3"]:
+    """Rows of position and heading."""
+    out = np.empty((*p_m.shape[:-1], 3))
+    out[..., :2], out[..., 2] = p_m, yaw_rad
+    return out
+
+
 def compose(
     T_a_b: Float[np.ndarray, "... 3"], T_b_c: Float[np.ndarray, "... 3"]
 ) -> Float[np.ndarray, "... 3"]:
     """Chain two transforms: ``T_a_c = T_a_b T_b_c``."""
     p_m = T_a_b[..., :2] + rotate(T_a_b[..., 2], T_b_c[..., :2])
-    yaw_rad = wrap_angle(T_a_b[..., 2] + T_b_c[..., 2])
-    return np.concatenate([p_m, yaw_rad[..., None]], axis=-1)
+    return _joined(p_m, wrap_angle(T_a_b[..., 2] + T_b_c[..., 2]))
 
 
 def inverse(T_a_b: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3"]:
     """Return ``T_b_a``."""
     yaw_rad = wrap_angle(-T_a_b[..., 2])
-    return np.concatenate([-rotate(yaw_rad, T_a_b[..., :2]), yaw_rad[..., None]], axis=-1)
+    return _joined(-rotate(yaw_rad, T_a_b[..., :2]), yaw_rad)
 
 
 def between(
@@ -43,8 +49,7 @@ def between(
 ) -> Float[np.ndarray, "... 3"]:
     """Relative pose ``T_b_c = T_a_b^-1 T_a_c`` (the noise-free part of paper Eq. 2)."""
     p_m = rotate(-T_a_b[..., 2], T_a_c[..., :2] - T_a_b[..., :2])
-    yaw_rad = wrap_angle(T_a_c[..., 2] - T_a_b[..., 2])
-    return np.concatenate([p_m, yaw_rad[..., None]], axis=-1)
+    return _joined(p_m, wrap_angle(T_a_c[..., 2] - T_a_b[..., 2]))
 
 
 def apply(T_a_b: Float[np.ndarray, "... 3"], p_b_m: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 2"]:

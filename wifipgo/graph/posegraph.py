@@ -70,8 +70,8 @@ class Edges:
                 measurement of another robot comes without what that robot told.
         """
         n = len(tail)
-        sigmas = np.broadcast_to(np.asarray(sigma, dtype=np.float64), (n, 2))
-        weights = np.broadcast_to(np.asarray(weight, dtype=np.float64), (n,))
+        sigmas, weights = np.empty((n, 2)), np.empty(n)
+        sigmas[:], weights[:] = sigma, weight
         require(bool((sigmas > 0.0).all()), "Edges.sigma", "> 0", sigma)
         require(bool(((weights >= 0.0) & (weights <= 1.0)).all()), "Edges.weight", "in [0, 1]", weight)
         if told is None:

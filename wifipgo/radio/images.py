@@ -66,7 +66,9 @@ def single_bounces(
     up_m = height_m.reshape(2, -1).take(face * ends.shape[-1] + link, axis=1)
     both_up_m = up_m[0] + up_m[1]
     gap_m, normal = (ends[1, :2] - ends[0, :2]).take(link, axis=1), surfaces.normal.take(face, axis=1)
-    legs_m = np.stack([gap_m - 2.0 * up_m[1] * normal, -gap_m - 2.0 * up_m[0] * normal])
+    legs_m = np.empty((2, 2, len(link)))
+    np.subtract(gap_m, 2.0 * up_m[1] * normal, out=legs_m[0])
+    np.subtract(-2.0 * up_m[0] * normal, gap_m, out=legs_m[1])
     length_m = np.sqrt(legs_m[0, 0] ** 2 + legs_m[0, 1] ** 2)
     hit_m = ends[0, :2].take(link, axis=1) + up_m[0] / both_up_m * legs_m[0]
     return Rays(link, face[None], legs_m, hit_m[None], (both_up_m / length_m)[None], length_m)

@@ -34,7 +34,12 @@ _LEAST_ESNR_DB = -30.0
 # What MCS 0 to 7 need, whatever the bandwidth, and the modulation in which it is measured.
 RATE_ESNR_DB = np.array([4.0, 7.0, 9.0, 12.0, 16.0, 20.0, 21.0, 22.0])
 _RATE_MODULATION = np.array([0, 1, 1, 2, 2, 3, 3, 3])
-_MCS_OF = tuple(np.flatnonzero(modulation == _RATE_MODULATION) for modulation in range(4))
+_FASTEST = int(_RATE_MODULATION.max())
+# Of each modulation, what its MCS need and which of them is the first.
+_MCS_OF = {
+    modulation: (RATE_ESNR_DB[modulation == _RATE_MODULATION], int((modulation > _RATE_MODULATION).sum()))
+    for modulation in range(_FASTEST + 1)
+}
 _HIGHEST_RATE_MBIT_S = max(band.top_rate_mbit_s for band in BANDS.values())
 
 
@@ -71,14 +76,13 @@ def esnr_db(snr: Float[np.ndarray, "links subcarriers"]) -> Float[np.ndarray, "l
 
 
 class _Places(NamedTuple):
-    """Where SNRs lie in the tables: the entry below, how far to the next, and the lowest of each link.
+    """Where SNRs lie in the tables: the entry below, and how far to the next.
 
     Links come last, which makes sums over subcarriers fast.
     """
 
     below: Int[np.ndarray, "subcarriers links"]
     beyond: Float[np.ndarray, "subcarriers links"]
-    least: Float[np.ndarray, " links"]
 
     @classmethod
     def of(cls, snr: Float[np.ndarray, "links subcarriers"]) -> "_Places":
@@ -88,24 +92,21 @@ class _Places(NamedTuple):
         place *= 10.0 / _STEP_DB
         place -= _TABLE_DB[0] / _STEP_DB
         np.minimum(place, len(_TABLE_DB) - 1.0, out=place)
-        below, least = place.astype(np.intp), place.min(axis=0)
+        below = place.astype(np.intp)
         place -= below
-        return cls(below, place, least)
+        return cls(below, place)
 
 
 def _flat_snr_db(places: _Places, modulation: int) -> Float[np.ndarray, " links"]:
     """SNR of the flat channel with the same mean error rate, dB."""
-    log_ber, rise = _LOG_BER[modulation], _LOG_BER_RISE[modulation]
-    lowest = places.least.astype(np.intp)
-    highest = log_ber.take(lowest) + (places.least - lowest) * rise.take(lowest)
-    each = rise.take(places.below)
-    each *= places.beyond
-    each += log_ber.take(places.below)
-    each -= highest
-    np.exp(each, out=each)
-    mean = np.log(each.mean(axis=0))
-    mean += highest
-    flat_db = np.interp(-mean, _MINUS_LOG_BER[modulation], _TABLE_DB)
+    log_ber = _LOG_BER_RISE[modulation].take(places.below)
+    log_ber *= places.beyond
+    log_ber += _LOG_BER[modulation].take(places.below)
+    highest = np.maximum.reduce(log_ber)
+    log_ber -= highest
+    np.exp(log_ber, out=log_ber)
+    highest += np.log(np.add.reduce(log_ber) / len(log_ber))
+    flat_db = np.interp(-highest, _MINUS_LOG_BER[modulation], _TABLE_DB)
     return np.maximum(flat_db, _LEAST_ESNR_DB)
 
 
@@ -125,18 +126,18 @@ def carried(
         Rate, Mb/s, and effective SNR, dB.
     """
     places, rates = _Places.of(snr), band_of(bandwidth_hz).rates_mbit_s
-    shown_db = esnr = _flat_snr_db(places, len(_MCS_OF) - 1)
+    shown_db = esnr = _flat_snr_db(places, _FASTEST)
     rate, rows = np.zeros(len(snr)), np.arange(len(snr))
-    for modulation in reversed(range(len(_MCS_OF))):
-        if modulation < len(_MCS_OF) - 1:
+    for modulation, (needs_db, first) in reversed(_MCS_OF.items()):
+        if modulation != _FASTEST:
             esnr = _flat_snr_db(places, modulation)
-        mcs = _MCS_OF[modulation]
-        n_passed = RATE_ESNR_DB[mcs].searchsorted(esnr, side="right")
-        rate[rows] = np.where(n_passed > 0, rates[mcs[n_passed - 1]], 0.0)
-        left = np.flatnonzero(n_passed == 0)
+        n_passed = needs_db.searchsorted(esnr, side="right")
+        rate[rows] = rates.take(first - 1 + n_passed, mode="clip")
+        left = (n_passed == 0).nonzero()[0]
         if not len(left):
-            break
+            return rate, shown_db
         rows, places = rows[left], _Places(*(column.take(left, axis=-1) for column in places))
+    rate[rows] = 0.0
     return rate, shown_db
 
 

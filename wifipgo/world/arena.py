@@ -35,6 +35,7 @@ class Arena:
     def __init__(self, layout: Layout, cfg: ArenaConfig, *, turn_rad: float) -> None:
         """Build the space with the robots at their starts; each drive ends in a turn by ``turn_rad``."""
         self._cfg, self._turn_rad = cfg, turn_rad
+        self._step_m = cfg.steps_m(len(layout.starts))[:, None]
         self._space = pymunk.Space()
         self._space.collision_slop = 1e-3
         # Share of an overlap left after one unit of time; the default leaves robots stuck in walls.
@@ -112,14 +113,13 @@ class Arena:
             True poses after drive and turn, and who missed its waypoint.
         """
         length = np.hypot(waypoints[:, :1], waypoints[:, 1:])
-        step_m = self._cfg.steps_m(len(poses))[:, None]
-        goal_m = step_m * waypoints / np.maximum(length, 1.0)
+        goal_m = self._step_m * waypoints / np.maximum(length, 1.0)
         target_m = se2.apply(poses, goal_m)
         rounds = _COMMANDS_PER_DRIVE
         for left in range(rounds, 0, -1):
             gap_m = target_m - self.positions()
             away_m = np.hypot(gap_m[:, :1], gap_m[:, 1:])
-            self._command(gap_m * np.minimum(rounds / left, step_m / np.maximum(away_m, 1e-12)))
+            self._command(gap_m * np.minimum(rounds / left, self._step_m / np.maximum(away_m, 1e-12)))
             for _ in range(self._cfg.n_substeps // rounds):
                 self._space.step(1.0 / self._cfg.n_substeps)
         self._settle()

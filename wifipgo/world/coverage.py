@@ -39,10 +39,13 @@ class CellMap(NamedTuple):
         return float((self.free & self.seen).sum() / self.free.sum())
 
 
+@functools.lru_cache(maxsize=8)
 def middles(n_cells: int) -> Float[np.ndarray, "squares 2"]:
     """Middle of every cell of a room that is ``n_cells`` wide, by number, m."""
     steps = CELL_M * (np.arange(n_cells) + 0.5)
-    return np.stack(np.meshgrid(steps, steps, indexing="ij"), -1).reshape(-1, 2)
+    middle_m = np.stack(np.meshgrid(steps, steps, indexing="ij"), -1).reshape(-1, 2)
+    middle_m.setflags(write=False)
+    return middle_m
 
 
 def empty_map(layout: Layout, size_m: float) -> CellMap:
