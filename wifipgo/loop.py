@@ -160,8 +160,7 @@ def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, s
     )
     found, directions = _measured(truth, belief, seen, heard, world=world, scenario=scenario, streams=streams)
     linked = links.rate_mbit_s >= link.q_mbit_s
-    edges = extended(belief.edges, *found) if found else belief.edges
-    edges, n_bytes = _told_where_linked(edges, belief.estimate, linked)
+    edges, n_bytes = _told_where_linked(extended(belief.edges, *found), belief.estimate, linked)
     belief = replace(
         belief,
         edges=edges,

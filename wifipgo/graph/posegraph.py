@@ -94,6 +94,8 @@ class Edges:
 def extended(edges: Edges, *more: Edges) -> Edges:
     """Append measurements."""
     parts = (edges, *more)
+    if len(parts) == 1:
+        return edges
     return Edges(**{f: np.concatenate([getattr(part, f) for part in parts]) for f in _NAMES})
 
 
