@@ -1,10 +1,10 @@
 """Multi-robot pose graphs: the optimum of one computer, and what the robots reach by themselves.
 
-Run: ``python benchmarks/multi_robot_g2o.py --data DIR [--json FILE]``. DIR holds one folder a
-data set, with one g2o file a robot. Where DIR also has a ``reference.json`` of format
-g2o-reference/1, its figures stand beside ours. Times are of one core and include the building of
-the problem. "two stages" (``distributed_two_stage`` in the file) is the method as published; "refined"
-(``distributed``) is ours, with the second stage once more.
+Run: ``python benchmarks/multi_robot_g2o.py [--data DIR] [--json FILE]``. DIR holds one folder
+a data set, with one g2o file a robot; if left out it is ``g2o`` in $WIFIPGO_DATA, or else in ../shared/data.
+Where DIR also has a ``reference.json`` of format g2o-reference/1, its figures stand beside ours. Times are of
+one core and include the building of the problem. "two stages" (``distributed_two_stage`` in the file) is the
+method as published; "refined" (``distributed``) is ours: over-relaxed, with the second stage once more.
 """
 
 import os
@@ -33,6 +33,8 @@ from wifipgo.graph.parts import anchors, components
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers.spatial import solve_graph
 
+BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
+DATA = Path(os.environ.get("WIFIPGO_DATA", BESIDE)) / "g2o"
 THRESHOLDS = (0.1, 0.01)
 METHODS = {"distributed": 1, "distributed_two_stage": 0}  # name: refinements
 SHORT = {"distributed": "refined", "distributed_two_stage": "two stages"}
@@ -43,7 +45,7 @@ ROUNDS = ("rounds_rotation", "rounds_pose", "rounds_refinement")
 class G2oConfig:
     """What to measure, and where to write."""
 
-    data: Annotated[Path, tyro.conf.arg(help="Folder with one folder a data set.")]
+    data: Annotated[Path, tyro.conf.arg(help="Folder with one folder a data set.")] = DATA
     json: Annotated[Path | None, tyro.conf.arg(help="Also write the figures to this file.")] = None
     repeats: Annotated[int, tyro.conf.arg(help="Runs of each; the fastest is shown.")] = 3
 
@@ -92,7 +94,8 @@ def distributed_figures(
     graph: PoseGraph, threshold: float, refinements: int, optimum: float, repeats: int
 ) -> dict[str, Any]:
     """What the robots reach with one threshold."""
-    config = DistributedConfig(threshold=threshold, refinements=refinements)
+    relaxation = None if refinements else 1.0
+    config = DistributedConfig(threshold=threshold, refinements=refinements, relaxation=relaxation)
     (rows, report), seconds = timed(lambda: solve_distributed(graph, config=config), repeats)
     return {
         "converged": report.converged,

@@ -38,6 +38,17 @@ def test_many_rounds_find_what_a_centre_finds(seed: int, dims: int, scheme: str)
     assert report.cost_after == pytest.approx(chordal_cost(matrices(poses), links(graph)))
 
 
+@pytest.mark.parametrize("delay", [0, 1, 2])
+def test_late_values_are_not_overshot(delay: int) -> None:
+    """Over-relaxation with values of rounds ago diverges, so it waits until values come in time."""
+    _, graph = random_graph(2, poses=3)
+    config = DistributedConfig(threshold=1e-3, max_rounds=500, relaxation=1.7)
+    _, report = solve_distributed(graph, config=config, channel=Channel(delay_rounds=delay))
+    assert report.converged
+    least = chordal_cost(chordal_optimum(graph, two_stage(graph, matrices(graph.poses))), links(graph))
+    assert report.cost_after < 1.01 * least
+
+
 @settings(max_examples=5)
 @given(seed=SEEDS)
 def test_refinements_go_to_the_least_cost(seed: int) -> None:

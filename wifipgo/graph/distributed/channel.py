@@ -34,6 +34,7 @@ class Channel:
         bytes_sent: Of the values in all messages, those lost and those sent again among them.
         n_sent: Messages sent.
         n_lost: Messages that did not arrive.
+        delay_rounds: Rounds that a message takes.
     """
 
     def __init__(
@@ -56,7 +57,7 @@ class Channel:
         require(attempts >= 1, "attempts", ">= 1", attempts)
         require(delay_rounds >= 0, "delay_rounds", ">= 0", delay_rounds)
         require(loss == 0.0 or rng is not None, "rng", "given where messages may be lost", rng)
-        self._loss, self._attempts, self._delay, self._rng = loss, attempts, delay_rounds, rng
+        self._loss, self._attempts, self._rng, self.delay_rounds = loss, attempts, rng, delay_rounds
         self._waiting: dict[int, list[tuple[int, Message]]] = {}
         self.bytes_sent = self.n_sent = self.n_lost = self.now = 0
 
@@ -66,7 +67,7 @@ class Channel:
             self.bytes_sent += message.values.nbytes
             self.n_sent += 1
             if self._rng is None or self._rng.random() >= self._loss:
-                self._waiting.setdefault(receiver, []).append((self.now + self._delay, message))
+                self._waiting.setdefault(receiver, []).append((self.now + self.delay_rounds, message))
                 return True
             self.n_lost += 1
         return False

@@ -43,6 +43,7 @@ class Knowledge(NamedTuple):
             from there on separators: poses of neighbours that a measurement ties to its own.
         separator_of: Whose each separator is, grouped by robot.
         told_to: Rows of its own poses that each neighbour wants to know.
+        before: Robots whose turn is before its own.
     """
 
     number: int
@@ -51,6 +52,7 @@ class Knowledge(NamedTuple):
     links: Links
     separator_of: Int[np.ndarray, " separators"]
     told_to: dict[int, Int[np.ndarray, " told"]]
+    before: frozenset[int]
 
 
 class Robot:
@@ -124,16 +126,20 @@ class Robot:
         """What a neighbour wants to know."""
         return Message(self.number, self._stage, stamp, self.x[self.knowledge.told_to[receiver]])
 
-    def solve(self, relaxation: float) -> None:
+    def solve(self, relaxation: float, stamp: int) -> None:
         """Minimise over its own unknowns, and go ``relaxation`` times as far.
 
         Measurements of neighbours that were never heard are left out (flagged
         initialisation), and the first step that all neighbours have a part in is a plain one.
+        No step goes too far that uses a value older than need be in round ``stamp``.
         """
         if self._block is None:
             heard = [self.stamp[robot] != UNKNOWN for robot in self.knowledge.separator_of.tolist()]
             self._block = _block(self.knowledge, self._normal, self.x, np.array(heard, dtype=bool))
-        factor = relaxation if self.oldest != UNKNOWN else 1.0
+        before = self.knowledge.before
+        late = any(known < stamp - (robot not in before) for robot, known in self.stamp.items())
+        factor = min(relaxation, 1.0) if late else relaxation
+        factor = factor if self.oldest != UNKNOWN else 1.0
         step = factor * (self._block.solve(self._told) - self.x)
         self.x, self.moved = self.x + step, float(np.linalg.norm(step))
         self.oldest = min(self.stamp.values(), default=LATEST)

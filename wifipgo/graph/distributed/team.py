@@ -13,8 +13,8 @@ def make_robots(
     graph: PoseGraph, start: Poses, fixed: Int[np.ndarray, " fixed"] | None = None
 ) -> list[Robot]:
     """Robots of a graph in the order of their turns, each with its own part of it; ``fixed`` poses stay."""
-    edges, rows = links(graph), held(graph, fixed)
-    return [Robot(_knowledge(graph, edges, start, rows, number)) for number in turns(graph)]
+    edges, rows, order = links(graph), held(graph, fixed), turns(graph)
+    return [Robot(_knowledge(graph, edges, start, rows, order[: k + 1])) for k in range(len(order))]
 
 
 def turns(graph: PoseGraph) -> list[int]:
@@ -37,9 +37,14 @@ def turns(graph: PoseGraph) -> list[int]:
 
 
 def _knowledge(
-    graph: PoseGraph, edges: Links, start: Poses, fixed: Int[np.ndarray, " fixed"], number: int
+    graph: PoseGraph,
+    edges: Links,
+    start: Poses,
+    fixed: Int[np.ndarray, " fixed"],
+    so_far: list[int],
 ) -> Knowledge:
-    """What is a robot's own: its poses, and the measurements that touch them."""
+    """What is the own of the last robot so far: its poses, and the measurements that touch them."""
+    *before, number = so_far
     own = np.flatnonzero(graph.robot == number)
     touching = chosen(edges, (graph.robot[edges.tail] == number) | (graph.robot[edges.head] == number))
     ends = np.concatenate([touching.tail, touching.head])
@@ -54,6 +59,7 @@ def _knowledge(
         links=touching._replace(tail=local[0], head=local[1]),
         separator_of=graph.robot[separators],
         told_to=_told_to(graph, touching, own, number),
+        before=frozenset(before),
     )
 
 

@@ -93,7 +93,7 @@ def _stages(robots: list[Robot], channel: Channel, config: DistributedConfig) ->
     if not config.warm:
         for robot in robots:
             robot.begin_rotations()
-        yield run_stage(robots, channel, config, first_round=2)
+        yield run_stage(robots, channel, config, first_round=2, most=1.0)
         for robot in robots:
             robot.end_rotations()
     for number in range(1 + config.refinements):
@@ -106,7 +106,8 @@ def _stages(robots: list[Robot], channel: Channel, config: DistributedConfig) ->
         for robot in robots:
             robot.begin_poses(f"poses {number}", warm=warm)
         heard = not warm or tell_all(robots, channel, config.max_rounds)
-        stage = run_stage(robots, channel, config, first_round=1 if warm else 2)
+        most = 1.0 if number > 0 else 2.0
+        stage = run_stage(robots, channel, config, first_round=1 if warm else 2, most=most)
         for robot in robots:
             robot.end_poses()
         yield stage._replace(converged=stage.converged and heard)
