@@ -48,7 +48,7 @@ class Episode:
     reference: Float[np.ndarray, "robots times 3"]
     estimate: Float[np.ndarray, "robots times 3"]
     walls_m: Float[np.ndarray, "walls 2 2"]
-    obstacles_m: tuple[Float[np.ndarray, "corners 2"], ...]
+    obstacles_m: tuple[Float[np.ndarray, "_ 2"], ...]
 
     def save(self, path: Path) -> None:
         """Write to a file that is there whole or not at all."""

@@ -75,6 +75,10 @@ def toml_text(values: Mapping[str, Any]) -> str:
 
 
 def _line(key: str, value: Any) -> str:
+    """A key and its value; a table of rows has a line for each."""
+    if isinstance(value, list | tuple) and any(isinstance(row, list | tuple) for row in value):
+        rows = "".join(f"  {_literal(row)},\n" for row in value)
+        return f"{key} = [\n{rows}]\n"
     return f"{key} = {_literal(value)}\n"
 
 

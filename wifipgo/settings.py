@@ -11,17 +11,19 @@ from wifipgo.errors import require
 
 
 def key_value(text: str) -> tuple[str, Any]:
-    """Split ``KEY=VALUE``; a value that is no Python literal is taken as a string.
+    """Split ``KEY=VALUE``: a Python literal, TOML's ``true`` or ``false``, or else a string.
 
     Raises:
         ValueError: There is no ``=``, or nothing before it.
     """
-    key, sign, value = text.partition("=")
-    require(bool(sign and key.strip()), "a setting", "KEY=VALUE", text)
+    key, sign, value = (part.strip() for part in text.partition("="))
+    require(bool(sign and key), "a setting", "KEY=VALUE", text)
+    if value in {"true", "false"}:
+        return key, value == "true"
     try:
-        return key.strip(), ast.literal_eval(value.strip())
+        return key, ast.literal_eval(value)
     except (ValueError, SyntaxError):
-        return key.strip(), value.strip()
+        return key, value
 
 
 def fitted(value: Any, kind: Any, name: str) -> Any:

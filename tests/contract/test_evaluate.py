@@ -242,7 +242,8 @@ def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_scenario_file_is_played_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The record holds the whole scenario: it repeats the run when the file has changed."""
     room, out = tmp_path / "room.toml", tmp_path / "out"
-    room.write_text('base = "paper-hw-2"\nn_steps = 4\n[arena]\nn_obstacles = 2\nsize_m = 12\n')
+    text = 'base = "paper-hw-2"\nn_steps = 4\n[arena]\nn_obstacles = 2\nsize_m = 12\n'
+    room.write_text(text + "obstacles_m = [[[4, 4], [8, 4], [8, 5]]]\nstarts = [[2, 2, 0], [9, 2, 0]]\n")
     arguments = ["--trials", "1", "--policies", "random", "--jobs", "1"]
     assert main(["--scenario", str(room), *arguments, "--out", str(out)]) == 0
     room.write_text("n_obstacle = 3")

@@ -109,6 +109,16 @@ def test_a_map_that_cannot_be_is_refused_by_index(changes: dict[str, object], me
         scenario_named("paper-hw-2", **({"obstacles_m": (BOX,)} | changes))
 
 
+def test_a_map_on_every_cell_leaves_nothing_to_see() -> None:
+    """A robot fits all round the block, but the middle of no cell is free."""
+    starts = ((0.2, 0.2, 0.0), (2.8, 2.8, 0.0))
+    env = parallel_env("paper-hw-2", size_m=3, obstacles_m=(box(0.4, 0.4, 2.2, 2.2),), starts=starts)
+    with pytest.raises(
+        ValueError, match=r"obstacles_m must be such that the middle of a cell of 1 m is free"
+    ):
+        env.reset(seed=0)
+
+
 def test_touching_parts_make_a_shape_that_is_not_convex() -> None:
     """An L, one side of it on the wall: robots bump into it for a whole episode and nothing breaks."""
     ell = (box(0.0, 3.0, 3.0, 1.0), box(3.0, 3.0, 1.0, 3.0))

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.scenario_files import toml_text
 from wifipgo.scenarios import SCENARIOS, Scenario, field_owners, scenario_named, scenario_toml
+from wifipgo.settings import key_value
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"]))
 
@@ -139,6 +140,30 @@ def test_an_environment_keeps_what_the_file_said(tmp_path: Path) -> None:
     assert copy.scenario == env.scenario
     assert env.scenario.arena.n_obstacles == 2
     assert env.scenario.n_steps == 3
+
+
+def test_a_map_reads_back_equal_with_a_line_for_each_obstacle(tmp_path: Path) -> None:
+    ell = (((4.0, 4.0), (8.0, 4.0), (8.0, 4.5)), ((0.1, 0.3), (0.1, 0.2), (1 / 3, 0.2)))
+    starts = ((2.0, 2.0, 0.0), (10.0, 10.0, 3.14))
+    scenario = scenario_named("paper-hw-2", obstacles_m=ell, starts=starts, step_scale=[1, 0.5])
+    text = scenario_toml(scenario)
+    assert "  [[4.0, 4.0], [8.0, 4.0], [8.0, 4.5]],\n" in text
+    assert scenario_named(write(tmp_path, text)) == scenario
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("agc=true", True),
+        ("agc = False", False),
+        ("noise_scale=[1, 2.5]", [1, 2.5]),
+        ("outliers=bearing", "bearing"),
+        ("name=a=b", "a=b"),
+        ("size_m=1e1", 10.0),
+    ],
+)
+def test_settings_are_literals_or_text(text: str, value: object) -> None:
+    assert key_value(text) == (text.partition("=")[0].strip(), value)
 
 
 def test_every_field_can_be_written() -> None:

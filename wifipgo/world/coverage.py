@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo import segments
+from wifipgo.errors import require
 from wifipgo.world.layout import Layout
 from wifipgo.world.maps import inside_polygon
 
@@ -49,11 +50,17 @@ def middles(n_cells: int) -> Float[np.ndarray, "squares 2"]:
 
 
 def empty_map(layout: Layout, size_m: float) -> CellMap:
-    """Cells of a room in which nothing was seen yet."""
+    """Cells of a room in which nothing was seen yet.
+
+    Raises:
+        ValueError: No cell is free, so that there is no share of them to see.
+    """
     n = int(np.ceil(size_m / CELL_M))
     blocked = np.zeros(n * n, dtype=bool)
     for corners in layout.obstacles_m:
         blocked |= inside_polygon(middles(n), corners)
+    rule = f"such that the middle of a cell of {CELL_M:g} m is free"
+    require(not blocked.all(), "ArenaConfig.obstacles_m", rule, len(layout.obstacles_m))
     return CellMap((~blocked).reshape(n, n), np.zeros((n, n), dtype=bool))
 
 

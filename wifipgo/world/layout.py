@@ -122,7 +122,7 @@ class Layout:
     """
 
     walls_m: Float[np.ndarray, "walls 2 2"]
-    obstacles_m: Sequence[Float[np.ndarray, "corners 2"]]
+    obstacles_m: Sequence[Float[np.ndarray, "_ 2"]]
     starts: Float[np.ndarray, "robots 3"]
 
     @property
