@@ -12,10 +12,12 @@ import numpy as np
 from gymnasium import spaces
 from jaxtyping import Float
 
+from wifipgo.drift import spread_m
 from wifipgo.radio.bands import band_of
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief
+from wifipgo.survey import N_BINS as N_BINS_ROOM
 from wifipgo.world.lidar import N_LIDAR_RAYS
 
 N_BINS = 72
@@ -29,7 +31,7 @@ class Field:
     """One named block of the flat observation.
 
     Attributes:
-        name: ``own/...``, ``lidar`` or ``slot<k>/...``.
+        name: ``own/...``, ``lidar``, ``survey`` or ``slot<k>/...``.
         start: Index of its first number.
         size: How many numbers.
         low, high: Bounds.
@@ -60,6 +62,27 @@ _OWN: tuple[_Row, ...] = (
     ("position", 2, -1.0, 2.0, "size_m", "own estimated position in the world"),
     ("calling", 1, 0.0, 1.0, "0 or 1", "a call of one's own is up"),
     ("called", 1, 0.0, 1.0, "0 or 1", "somebody calls and a ping passes"),
+    ("elapsed", 1, 0.0, 1.0, "n_steps", "iterations done"),
+    ("spread", 1, 0.0, _CEILING, "m", "standard deviation of the own position in the estimate as it stands"),
+    ("recorded_spread", 1, 0.0, _CEILING, "m", "the same once what was recorded is optimised"),
+    ("start", 2, 0.0, 1.0, "size_m", "where the robot started"),
+    (
+        "sighted",
+        1,
+        0.0,
+        1.0,
+        "visual_range_m",
+        "distance of the nearest robot in sight, 0 if none",
+    ),
+    ("sighted_bearing", 2, -1.0, 1.0, "cos, sin", "its bearing in the body frame, 0 and 0 if none"),
+)
+_SURVEY: _Row = (
+    "survey",
+    N_BINS_ROOM**2,
+    0.0,
+    1.0,
+    "probability",
+    "chance that a square of the room, 16 x 16 of them, y fastest, is in place; 0: not seen, not told",
 )
 _SLOT: tuple[_Row, ...] = (
     ("present", 1, 0.0, 1.0, "0 or 1", "a robot is in this slot; if not, the rest of the slot is 0"),
@@ -96,7 +119,7 @@ def layout(scenario: Scenario) -> tuple[Field, ...]:
         "lidar_range_m",
         "free distance, counter-clockwise from ahead",
     )
-    rows = [(f"own/{row[0]}", *row[1:]) for row in _OWN] + [lidar]
+    rows = [(f"own/{row[0]}", *row[1:]) for row in _OWN] + [lidar, _SURVEY]
     rows += [(f"slot{k}/{row[0]}", *row[1:]) for k in range(scenario.n_slots) for row in _SLOT]
     starts = np.cumsum([0] + [row[1] for row in rows]).tolist()
     return tuple(
@@ -134,8 +157,9 @@ def observe(belief: Belief, scenario: Scenario) -> Float[np.ndarray, "robots num
     n = scenario.n_robots
     own = _own(belief, scenario)
     lidar = belief.lidar_m / scenario.arena.lidar_range_m
+    survey = belief.survey.known.reshape(n, -1)
     slots = _slots(belief, scenario).reshape(n, -1)
-    return np.concatenate([own, lidar, slots], axis=1, dtype=np.float32, casting="same_kind")
+    return np.concatenate([own, lidar, survey, slots], axis=1, dtype=np.float32, casting="same_kind")
 
 
 def _share(value: np.ndarray) -> np.ndarray:
@@ -155,7 +179,21 @@ def _own(belief: Belief, scenario: Scenario) -> np.ndarray:
     out[:, 4:6] = np.minimum(np.maximum(pose[:, :2] / scenario.arena.size_m, -1.0), 2.0)
     out[:, 6] = calling
     out[callee[heard], 7] = 1.0
+    out[:, 8] = min(belief.t / scenario.n_steps, 1.0)
+    out[:, 9], out[:, 10] = (
+        np.minimum(spread_m(c[:, -1]), _CEILING) for c in (belief.covariance, belief.recorded)
+    )
+    out[:, 11:13] = np.clip(belief.estimate[:, 0, :2] / scenario.arena.size_m, 0.0, 1.0)
+    out[:, 13:] = _sighted(belief, scenario)
     return out
+
+
+def _sighted(belief: Belief, scenario: Scenario) -> np.ndarray:
+    """The last columns of `_OWN`: what the camera sees."""
+    distance_m, bearing_rad = belief.sighted.T
+    seen = distance_m > 0.0
+    share = distance_m / (scenario.visual_range_m or 1.0)
+    return np.stack([share, seen * np.cos(bearing_rad), seen * np.sin(bearing_rad)], axis=1)
 
 
 def _slots(belief: Belief, scenario: Scenario) -> np.ndarray:

@@ -18,6 +18,7 @@ from wifipgo.loop import advance, start
 from wifipgo.mapped import first_map, updated_map
 from wifipgo.scenarios import Scenario, scenario_named
 from wifipgo.state import Commands, Tick, World
+from wifipgo.survey import team_share
 
 OBSERVATIONS: Mapping[str, str] = {"flat": "one Box", "dict": "the same blocks by name"}
 # Fields that decide the spaces or the length of an episode: fixed when an environment is made.
@@ -228,6 +229,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             "ate_rot_truth": ate_rot(belief.estimate, truth.poses).tolist(),
             "bumps_truth": truth.bumps.tolist(),
             "distance_m_truth": truth.distance_m.tolist(),
+            "mapped_share_belief": [team_share(belief.survey)] * len(belief.err),
             "mapped_share_truth": [self._mapped.share] * len(belief.err),
             "coverage_truth": [truth.cells.share] * len(belief.err),
         }

@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief
+from wifipgo.survey import team_share
 
 # One term of a reward is at most this many thresholds, so that one lost robot does not drown the rest.
 _WORST = 10.0
@@ -44,6 +45,15 @@ def mapped_share_truth(outcome: Outcome, scenario: Scenario) -> Float[np.ndarray
     return np.full(len(outcome.after.err), outcome.mapped_gain_truth)
 
 
+def mapped_share_belief(outcome: Outcome, scenario: Scenario) -> Float[np.ndarray, " robots"]:
+    """As `mapped_share_truth`, by what robots can tell: squares seen, by the chance to be in place.
+
+    The chance is that of the covariance of the pose from which a square was seen best.
+    """
+    gain = team_share(outcome.after.survey) - team_share(outcome.before.survey)
+    return np.full(len(outcome.after.err), gain)
+
+
 def error(outcome: Outcome, scenario: Scenario) -> Float[np.ndarray, " robots"]:
     """Minus one's own Err_i over the threshold: rewards staying well localised, so standing still too."""
     return -np.minimum(outcome.after.err / scenario.rendezvous.err_threshold, _WORST)
@@ -55,5 +65,10 @@ def team_error(outcome: Outcome, scenario: Scenario) -> Float[np.ndarray, " robo
 
 
 REWARDS: Mapping[str, Reward] = MappingProxyType(
-    {"mapped_share_truth": mapped_share_truth, "error": error, "team_error": team_error}
+    {
+        "mapped_share_truth": mapped_share_truth,
+        "mapped_share_belief": mapped_share_belief,
+        "error": error,
+        "team_error": team_error,
+    }
 )

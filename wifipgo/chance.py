@@ -22,6 +22,7 @@ class Streams(NamedTuple):
     outliers: np.random.Generator
     standing: np.random.Generator  # of what a radio keeps for a whole episode
     messages: np.random.Generator  # that the distributed solution loses
+    sight: np.random.Generator  # of cameras
 
     @classmethod
     def for_episode(cls, entropy: int, episode: int) -> "Streams":

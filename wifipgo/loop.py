@@ -34,6 +34,7 @@ from wifipgo.rendezvous import (
 )
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief, Commands, Tick, Truth, World
+from wifipgo.stocktaking import first_survey, taken_stock
 from wifipgo.world.arena import Arena, Drive
 from wifipgo.world.coverage import empty_map, reveal
 from wifipgo.world.layout import random_layout
@@ -43,6 +44,7 @@ from wifipgo.world.sensing import (
     observe_robots,
     odometry,
     robots_in_view,
+    sight_robots,
 )
 
 
@@ -84,13 +86,14 @@ def advance(tick: Tick, commands: Commands, *, world: World, scenario: Scenario,
     calls = place_calls(belief.calls, commands.request, belief.rate_mbit_s, belief.esnr_db, cfg=scenario.link)
     drive = world.arena.drive(before, commands.waypoints)
     motion = odometry(before, drive.poses, cfg=scenario.sensing, rng=streams.odometry)
-    return _sensed(
+    after = _sensed(
         _moved(tick.truth, drive, world, scenario),
         replace(_dead_reckoned(belief, motion, scenario), calls=calls),
         world=world,
         scenario=scenario,
         streams=streams,
     )
+    return replace(after, belief=taken_stock(belief, after.belief, scenario))
 
 
 def _first_belief(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> Belief:
@@ -114,6 +117,10 @@ def _first_belief(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> 
         last_met=np.zeros(n, dtype=int),
         met=(),
         bytes_sent=0,
+        trail=np.zeros((n, 1, 3, 3)),
+        recorded=np.zeros((n, 1, 3, 3)),
+        survey=first_survey(starts, scenario),
+        sighted=np.zeros((n, 2)),
     )
 
 
@@ -142,10 +149,14 @@ def _dead_reckoned(belief: Belief, motion: Float[np.ndarray, "robots 3"], scenar
     )
     before = belief.estimate[:, -1]
     now = se2.compose(before, motion)
+    covariance = dead_reckoned(belief.covariance, before, now, sigma)
+    recorded = dead_reckoned(belief.recorded[:, -1], before, now, sigma)
     return replace(
         belief,
         estimate=np.concatenate([belief.estimate, now[:, None]], axis=1),
-        covariance=dead_reckoned(belief.covariance, before, now, sigma),
+        covariance=covariance,
+        trail=np.concatenate([belief.trail, covariance[:, None]], axis=1),
+        recorded=np.concatenate([belief.recorded, recorded[:, None]], axis=1),
         edges=extended(belief.edges, odometry_edges),
     )
 
@@ -177,6 +188,7 @@ def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, s
         slots=heard.slots,
         profile=heard.by_slot,
         observed=belief.observed + seen,
+        sighted=sight_robots(poses, world.faces_m, range_m=scenario.visual_range_m, rng=streams.sight),
         met=(),
     )
     belief = hold_meetings(belief, scenario, rng=streams.messages)

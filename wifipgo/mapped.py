@@ -18,10 +18,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo.state import Tick
-from wifipgo.world.coverage import Sightings, middles
-
-# A cell counts as mapped if the map has it this close to the truth.
-TOLERANCE_M = 0.5
+from wifipgo.world.coverage import TOLERANCE_M, Sightings, middles
 
 
 class Mapped(NamedTuple):

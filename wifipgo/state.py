@@ -11,6 +11,7 @@ from wifipgo.graph import Bearings, Edges
 from wifipgo.radio.impairments import Standing
 from wifipgo.radio.paths import Surfaces
 from wifipgo.rendezvous import Calls
+from wifipgo.survey import Survey
 from wifipgo.world.arena import Arena
 from wifipgo.world.coverage import CellMap
 from wifipgo.world.layout import Layout
@@ -77,7 +78,12 @@ class Belief:
         held: How many poses of robot j, with the measurements at them, robot i was sent so far.
         last_met: Iteration of each robot's last rendezvous; 0 before the first.
         met: Groups that met in this iteration.
-        bytes_sent: Exchanged so far: graphs at rendezvous, changed poses wherever a link carries q.
+        trail: Covariance of each pose of the estimate as it stands.
+        recorded: The same once what is recorded is optimised: places measured again count at once.
+        survey: What each robot has seen of the room in its own estimate.
+        sighted: Distance (m) and bearing (rad, body frame) of the nearest robot that each one's camera sees;
+            0 and 0 if it sees none.
+        bytes_sent: Exchanged so far: graphs and surveys at rendezvous, changed poses where a link carries q.
     """
 
     estimate: Float[np.ndarray, "robots times 3"]
@@ -97,6 +103,10 @@ class Belief:
     last_met: Int[np.ndarray, " robots"]
     met: tuple[tuple[int, ...], ...]
     bytes_sent: int
+    trail: Float[np.ndarray, "robots times 3 3"]
+    recorded: Float[np.ndarray, "robots times 3 3"]
+    survey: Survey
+    sighted: Float[np.ndarray, "robots 2"]
 
     @property
     def t(self) -> int:

@@ -157,7 +157,7 @@ def test_bad_actions_name_the_agent(actions: dict[str, list[float]], message: st
         ({"scenario": "paper-hw-3"}, r"paper-hw-3.*known:.*paper-hw-2-obstacles"),
         ({"n_obstacle": 4}, r"n_obstacle.*known:.*n_obstacles"),
         ({"observation": "image"}, r"image.*dict, flat"),
-        ({"reward": "fame"}, r"fame.*known: error, mapped_share_truth, team_error"),
+        ({"reward": "fame"}, r"fame.*known: error, mapped_share_belief, mapped_share_truth, team_error"),
         ({"render_mode": "ascii"}, r"render_mode"),
         ({"n_robots": 1}, r"n_robots must be >= 2"),
         ({"n_slots": 2}, r"n_slots must be in 1..1"),

@@ -12,6 +12,8 @@ from wifipgo.world.layout import Layout
 from wifipgo.world.maps import inside_polygon
 
 CELL_M = 1.0
+# A place counts as mapped if the map has it this close to the truth.
+TOLERANCE_M = 0.5
 
 
 class Sightings(NamedTuple):

@@ -12,6 +12,9 @@ from wifipgo.errors import require
 
 _LEAST_SIGMA = 1e-3
 _SIGMA_OF = np.array([0, 0, 1])  # of x, y and yaw
+# A camera's bearings, and its distances as a share of them (ours; the paper gives no figures).
+_CAMERA_SIGMA_RAD = float(np.deg2rad(2.0))
+_CAMERA_RANGE_SIGMA = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,6 +116,38 @@ def robots_in_view(
         i, j = np.nonzero(seen)
         seen[i, j] = segments.in_sight(p_m[i], p_m[j], faces_m)
     return seen
+
+
+def sight_robots(
+    poses: Float[np.ndarray, "robots 3"],
+    faces_m: Float[np.ndarray, "faces 2 2"],
+    *,
+    range_m: float,
+    rng: np.random.Generator,
+) -> Float[np.ndarray, "robots 2"]:
+    """The nearest robot that each robot's camera sees, if any (for vision-based policies).
+
+    Noise is drawn for every robot, so that the stream does not depend on who saw whom.
+
+    Args:
+        poses: ``T_world_robot``.
+        faces_m: Edges of obstacles.
+        range_m: How far cameras recognise a robot; 0 in the dark.
+        rng: Of the camera's noise.
+
+    Returns:
+        Distance (m) and bearing (body frame, rad) of it; 0 and 0 where none is seen.
+    """
+    n, unit = len(poses), rng.standard_normal((len(poses), 2))
+    seen = robots_in_view(poses, faces_m, range_m=range_m)
+    p_m = poses[:, :2]
+    gap_m = np.where(seen, np.hypot(*(p_m[:, None] - p_m[None]).T), np.inf)
+    nearest = gap_m.argmin(axis=1)
+    d_m = p_m[nearest] - p_m
+    distance_m = np.minimum(gap_m.min(axis=1), range_m) * np.exp(_CAMERA_RANGE_SIGMA * unit[:, 0])
+    bearing_rad = np.arctan2(d_m[:, 1], d_m[:, 0]) - poses[:, 2] + _CAMERA_SIGMA_RAD * unit[:, 1]
+    found = np.stack([np.minimum(distance_m, range_m), se2.wrap_angle(bearing_rad)], axis=1)
+    return np.where(seen[np.arange(n), nearest][:, None], found, 0.0)
 
 
 _NOTHING = RelativePoses(

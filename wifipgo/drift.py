@@ -1,0 +1,116 @@
+"""How far each robot may be from where it believes it is: covariances of its poses.
+
+Covariances are over ``(x_m, y_m, yaw_rad)`` along the axes of the world. An error in yaw moves
+all that lies beyond it, so between two poses that are ``d_m`` apart stands the lever
+``J = [[1, 0, -d_y], [0, 1, d_x], [0, 0, 1]]``. Everything here is what robots can compute;
+`wifipgo.graph.growth` has the growth by one odometry reading.
+"""
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from wifipgo.graph import Edges
+
+Covariances = Float[np.ndarray, "... 3 3"]
+
+
+def lever(d_m: Float[np.ndarray, "... 2"]) -> Covariances:
+    """Matrix that carries an error of a pose to a point ``d_m`` away that is fixed to it."""
+    out = np.zeros((*d_m.shape[:-1], 3, 3))
+    out[...] = np.eye(3)
+    out[..., 0, 2], out[..., 1, 2] = -d_m[..., 1], d_m[..., 0]
+    return out
+
+
+def _carried(covariance: Covariances, d_m: Float[np.ndarray, "... 2"]) -> Covariances:
+    J = lever(d_m)
+    return J @ covariance @ np.swapaxes(J, -1, -2)
+
+
+def from_known_place(
+    covariance: Float[np.ndarray, "robots 3 3"],
+    d_m: Float[np.ndarray, "robots 2"],
+    sigma: Float[np.ndarray, "robots 2"],
+) -> Float[np.ndarray, "robots 3 3"]:
+    """Covariance of a pose from which a place of known covariance was measured.
+
+    Args:
+        covariance: Of the place.
+        d_m: From the place to the pose.
+        sigma: ``(sigma_t_m, sigma_r_rad)`` of the measurement, which was made at the pose.
+    """
+    nothing = np.zeros(len(sigma))
+    seen_back = covariance + _noise(nothing, sigma[:, 1])
+    return _carried(seen_back, d_m) + _noise(sigma[:, 0], nothing)
+
+
+def _noise(sigma_t_m: Float[np.ndarray, " robots"], sigma_r_rad: Float[np.ndarray, " robots"]) -> Covariances:
+    """Diagonal covariances."""
+    variance = np.stack([sigma_t_m, sigma_t_m, sigma_r_rad], axis=-1) ** 2
+    return variance[..., None] * np.eye(3)
+
+
+def before_known_end(
+    end: Float[np.ndarray, "robots 3 3"],
+    p_m: Float[np.ndarray, "robots times 2"],
+    sigma: Float[np.ndarray, "robots 2"],
+) -> Float[np.ndarray, "robots times 3 3"]:
+    """Covariances of a trajectory by dead reckoning backwards from its last pose.
+
+    Each odometry reading between a pose k and the end adds its own noise at the place of the
+    reading, carried to pose k. Sums over readings are cumulative sums of places and of their
+    squares, so no loop over time is needed.
+
+    Args:
+        end: Covariance of each robot's last pose.
+        p_m: Positions.
+        sigma: Of odometry.
+    """
+    back = _carried(end[:, None], p_m - p_m[:, -1:])
+    n_after = np.arange(p_m.shape[1] - 1, -1, -1.0)[None, :, None]
+    first = _sum_after(p_m)
+    second = _sum_after(p_m[..., :, None] * p_m[..., None, :])
+    across = p_m[..., :, None] * first[..., None, :]
+    spread = n_after[..., None] * p_m[..., :, None] * p_m[..., None, :]
+    spread = spread - across - np.swapaxes(across, -1, -2) + second
+    turned = _quarter_turned(n_after * p_m - first)
+    turn, shift = sigma[:, None, 1] ** 2, sigma[:, None, 0] ** 2
+    back[..., 0, 0] += turn * spread[..., 1, 1] + shift * n_after[..., 0]
+    back[..., 1, 1] += turn * spread[..., 0, 0] + shift * n_after[..., 0]
+    back[..., 0, 1] -= turn * spread[..., 0, 1]
+    back[..., 1, 0] -= turn * spread[..., 0, 1]
+    back[..., :2, 2] += turn[..., None] * turned
+    back[..., 2, :2] += turn[..., None] * turned
+    back[..., 2, 2] += turn * n_after[..., 0]
+    return back
+
+
+def _sum_after(x: np.ndarray) -> np.ndarray:
+    """Sum over all later times."""
+    return np.flip(np.cumsum(np.flip(x, 1), axis=1), 1) - x
+
+
+def _quarter_turned(v_m: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 2"]:
+    return np.stack([-v_m[..., 1], v_m[..., 0]], axis=-1)
+
+
+def spread_m(covariance: Covariances) -> Float[np.ndarray, "..."]:
+    """Root of the trace of the position's covariance: the root mean square error of the position."""
+    return np.sqrt(covariance[..., 0, 0] + covariance[..., 1, 1])
+
+
+def looseness_m2(covariance: Covariances, *, reach_m: float) -> Float[np.ndarray, "..."]:
+    """Mean squared error of a point ``reach_m`` away from a pose: what two covariances are compared by."""
+    return covariance[..., 0, 0] + covariance[..., 1, 1] + reach_m**2 * covariance[..., 2, 2]
+
+
+def tighter(a: Covariances, b: Covariances, *, reach_m: float) -> Covariances:
+    """The smaller of two covariances, each: they share readings, so they must not be fused as if not."""
+    closer = looseness_m2(a, reach_m=reach_m) <= looseness_m2(b, reach_m=reach_m)
+    return np.where(closer[..., None, None], a, b)
+
+
+def own_places(edges: Edges, t: int) -> tuple[Int[np.ndarray, " rows"], Int[np.ndarray, " rows"]]:
+    """Robots that measured a place of their own at iteration ``t``, and when they were there."""
+    rows = np.flatnonzero((edges.tail[:, 1] == t) & (edges.tail[:, 0] == edges.head[:, 0]))
+    return edges.tail[rows, 0], edges.head[rows, 1]
