@@ -180,9 +180,8 @@ def _own(belief: Belief, scenario: Scenario) -> np.ndarray:
     out[:, 6] = calling
     out[callee[heard], 7] = 1.0
     out[:, 8] = min(belief.t / scenario.n_steps, 1.0)
-    out[:, 9], out[:, 10] = (
-        np.minimum(spread_m(c[:, -1]), _CEILING) for c in (belief.covariance, belief.recorded)
-    )
+    out[:, 9] = _share(spread_m(belief.covariance))
+    out[:, 10] = _share(spread_m(belief.recorded[:, -1]))
     out[:, 11:13] = np.clip(belief.estimate[:, 0, :2] / scenario.arena.size_m, 0.0, 1.0)
     out[:, 13:] = _sighted(belief, scenario)
     return out

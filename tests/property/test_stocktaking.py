@@ -23,7 +23,7 @@ def own_map(belief: Belief, robot: int, scenario: Scenario) -> np.ndarray:
     """Survey of one robot, square by square and pose by pose."""
     range_m, width_m = scenario.sensing.sensor_range_m, scenario.arena.size_m / N_BINS
     out = np.zeros((N_BINS, N_BINS))
-    chance = probability_in_place(belief.covariance[robot], reach_m=range_m)
+    chance = probability_in_place(belief.trail[robot], reach_m=range_m)
     for pose, sure in zip(belief.estimate[robot], chance, strict=True):
         for x in range(N_BINS):
             for y in range(N_BINS):
@@ -58,7 +58,7 @@ def test_recognised_places_count_in_what_is_recorded_and_a_meeting_makes_it_so()
     dips = 0
     for before, after in itertools.pairwise(ticks):
         belief, was = after.belief, before.belief
-        now, recorded = spread_m(belief.covariance[:, -1]), spread_m(belief.recorded[:, -1])
+        now, recorded = spread_m(belief.covariance), spread_m(belief.recorded[:, -1])
         met = np.isin([0, 1], [robot for group in belief.met for robot in group])
         np.testing.assert_allclose(now[met], recorded[met])
         dips += int((recorded < spread_m(was.recorded[:, -1])).sum())
@@ -87,7 +87,7 @@ def test_observations_say_what_the_belief_says() -> None:
     belief = episode(SMALL, 2, n_steps=12)[-1].belief
     rows = observe(belief, SMALL)
     blocks = {f.name: rows[:, f.where] for f in layout(SMALL)}
-    np.testing.assert_allclose(blocks["own/spread"][:, 0], spread_m(belief.covariance[:, -1]), rtol=1e-6)
+    np.testing.assert_allclose(blocks["own/spread"][:, 0], spread_m(belief.covariance), rtol=1e-6)
     np.testing.assert_allclose(blocks["own/start"] * 9.0, belief.estimate[:, 0, :2], rtol=1e-5)
     np.testing.assert_array_equal(blocks["survey"].reshape(2, N_BINS, N_BINS), belief.survey.known)
     assert blocks["own/elapsed"][0, 0] == pytest.approx(12 / 50)
