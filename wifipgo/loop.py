@@ -194,15 +194,17 @@ def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, s
     belief = hold_meetings(belief, scenario, rng=streams.messages)
     if world.memory is not None:
         belief = _solved_at_every_step(belief, world.memory)
-    calls = raise_demands(belief.calls, links.rate_mbit_s, step_mbit_s=1.0)
-    return Tick(
-        truth=truth,
-        belief=replace(
-            belief,
-            err=residual_error(belief.estimate, belief.edges, weights=scenario.rendezvous.err_weights),
-            calls=calls,
-            discrepancy=discrepancies(calls, links.rate_mbit_s, cfg=link),
-        ),
+    return Tick(truth=truth, belief=_concluded(belief, scenario))
+
+
+def _concluded(belief: Belief, scenario: Scenario) -> Belief:
+    """Error, demands and discrepancies after all that was measured and optimised."""
+    calls = raise_demands(belief.calls, belief.rate_mbit_s, step_mbit_s=1.0)
+    return replace(
+        belief,
+        err=residual_error(belief.estimate, belief.edges, weights=scenario.rendezvous.err_weights),
+        calls=calls,
+        discrepancy=discrepancies(calls, belief.rate_mbit_s, cfg=scenario.link),
     )
 
 
