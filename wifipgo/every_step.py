@@ -11,14 +11,17 @@ from jaxtyping import Bool, Float, Int
 
 from wifipgo.graph import (
     GUARDS,
+    NO_PINGS,
     THIRD_PARTY,
     TOLD_SIGMA,
     Bearings,
     Edges,
+    Pings,
     Smoother,
     odometry,
     select,
     select_bearings,
+    select_pings,
 )
 from wifipgo.rendezvous import RendezvousConfig
 from wifipgo.se2 import wrap_angle
@@ -75,27 +78,30 @@ class Memory:
         """Know nothing yet."""
         self._doubts = GUARDS[cfg.outliers].loss == "huber"
         self._uses_told = THIRD_PARTY[cfg.third_party]
-        self._n_times, self._n_edges, self._told = 0, 0, _NOTHING_TOLD
+        self._n_times, self._n_edges, self._n_pings, self._told = 0, 0, 0, _NOTHING_TOLD
         self._sent, self._since = np.zeros((0, 0), dtype=np.int64), np.zeros(0, dtype=np.int64)
         self._smoothers: list[Smoother] = []
 
     def smoothed(
         self,
         estimate: Float[np.ndarray, "robots times 3"],
+        covariance: Float[np.ndarray, "robots 3 3"],
+        *,
         edges: Edges,
         bearings: Bearings,
         sent: Int[np.ndarray, "robots robots"],
-        covariance: Float[np.ndarray, "robots 3 3"],
+        pings: Pings = NO_PINGS,
     ) -> Smoothed:
         """Let every robot solve for its own poses from all that it knows.
 
         Args:
             estimate: Poses as the robots believe them, the last one by odometry.
+            covariance: Of the last poses, in world axes, by dead reckoning.
             edges: All measurements; each is known to the robot at its tail. Rows keep their places from
                 call to call; new ones come last.
             bearings: All directions of arrival, in the same way.
             sent: How many poses of robot j, with what was measured there, robot i was sent.
-            covariance: Of the last poses, in world axes, by dead reckoning.
+            pings: Directions of robots far away, and where these said they were; new ones come last.
         """
         n, n_times = estimate.shape[:2]
         if n_times != self._n_times + 1 or n_times == 1:
@@ -106,10 +112,14 @@ class Memory:
         wakes = (sent != self._sent).any(axis=1)
         wakes[edges.tail[self._n_edges :][~odometry(edges)[self._n_edges :], 0]] = True
         wakes[self._told.robot[stale]] = True
+        news = select_pings(pings, np.arange(self._n_pings, len(pings.observer)))
+        wakes[news.observer[:, 0]] = True
         solved, covariance = estimate.copy(), covariance.copy()
         for robot in np.flatnonzero(wakes).tolist():
             gone = np.flatnonzero(stale & (self._told.robot[: len(stale)] == robot))
-            solved[robot] = self._solved(robot, estimate, (edges, bearings), held=held[robot], gone=gone)
+            heard = select_pings(news, news.observer[:, 0] == robot)
+            measured = (edges, bearings, heard)
+            solved[robot] = self._solved(robot, estimate, measured, held=held[robot], gone=gone)
             covariance[robot] = in_world_axes(
                 self._smoothers[robot].covariance(), float(solved[robot, -1, 2])
             )
@@ -117,11 +127,13 @@ class Memory:
             np.append(stale, np.zeros(len(self._told.row) - len(stale), dtype=np.bool_))
         )
         self._n_times, self._n_edges, self._sent = n_times, len(edges), sent
+        self._n_pings = len(pings.observer)
         return Smoothed(solved, covariance)
 
     def _begin(self, n_robots: int) -> None:
         self._smoothers = [Smoother(robot, n_robots, doubts=self._doubts) for robot in range(n_robots)]
         self._sent = np.zeros((n_robots, n_robots), dtype=np.int64)
+        self._n_pings = 0
         self._n_edges, self._since = 0, np.zeros(n_robots, dtype=np.int64)
         self._told = _NOTHING_TOLD
 
@@ -138,20 +150,27 @@ class Memory:
         self,
         robot: int,
         estimate: Float[np.ndarray, "robots times 3"],
-        measured: tuple[Edges, Bearings],
+        measured: tuple[Edges, Bearings, Pings],
         *,
         held: Int[np.ndarray, " robots"],
         gone: Int[np.ndarray, " gone"],
     ) -> Float[np.ndarray, "times 3"]:
         """Poses of one robot that learned something."""
-        smoother, (edges, bearings) = self._smoothers[robot], measured
+        smoother, (edges, bearings, pings) = self._smoothers[robot], measured
         inner, outer = _new_rows(edges, smoother.held, held, own=robot, since=int(self._since[robot]))
         changed = self._told.row[gone]
         outer = np.append(outer, changed[~_is_held(edges, changed, held)])[: None if self._uses_told else 0]
         inner, outer = (rows[edges.weight[rows] > 0.0] for rows in (inner, outer))
         between, told = select(edges, inner), select(edges, outer)
         heard = _new_bearings(bearings, smoother.held, held)
-        numbers = smoother.learn(estimate, held, between, told, self._told.number[gone].tolist())
+        numbers = smoother.learn(
+            estimate,
+            held,
+            between=between,
+            told=told,
+            forgotten=self._told.number[gone].tolist(),
+            pings=pings,
+        )
         if len(outer):
             self._told = self._told.extended(robot, outer, told.told, numbers)
         self._since[robot] = len(edges)

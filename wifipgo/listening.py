@@ -7,14 +7,17 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.graph import GUARDS, Bearings, direction_weights
+from wifipgo.graph import GUARDS, NO_PINGS, Bearings, Pings, direction_weights
 from wifipgo.radio.aoa import AoaConfig, find_peaks
 from wifipgo.radio.csi import RadioConfig
 from wifipgo.radio.hearing import Links, listen
 from wifipgo.radio.impairments import Standing
 from wifipgo.rendezvous import NOBODY, Calls, choose_slots
 from wifipgo.scenarios import Scenario
+from wifipgo.state import Belief
 from wifipgo.world.sensing import RelativePoses
+
+_LEAST_M2 = 1e-4  # variance of a place that its robot takes for certain: 1 cm
 
 
 class Listening(NamedTuple):
@@ -118,4 +121,21 @@ def bearings_of(others: RelativePoses, heard: Listening, scenario: Scenario) -> 
         target=others.head[loud],
         azimuth_rad=peaks.azimuth_rad[loud],
         sigma_rad=cfg.aoa_sigma_rad,
+    )
+
+
+def pings_of(heard: Listening, belief: Belief, scenario: Scenario) -> Pings:
+    """Directions of the robots in the slots, which say in each packet where they think they are."""
+    if not scenario.rendezvous.aoa_factors:
+        return NO_PINGS
+    robot, slot = np.nonzero(heard.slots != NOBODY)
+    peaks = find_peaks(heard.by_slot[robot, slot], n_peaks=1)
+    loud = peaks.height[:, 0] > 0.0
+    robot, other = robot[loud], heard.slots[robot, slot][loud]
+    return Pings(
+        observer=np.stack([robot, np.full_like(robot, belief.t)], axis=1),
+        azimuth_rad=peaks.azimuth_rad[loud, 0],
+        sigma_rad=np.full(len(robot), scenario.rendezvous.aoa_sigma_rad),
+        point_m=belief.estimate[other, -1, :2],
+        covariance_m2=belief.covariance[other, :2, :2] + _LEAST_M2 * np.eye(2),
     )

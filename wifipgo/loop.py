@@ -18,9 +18,19 @@ from jaxtyping import Bool, Float
 from wifipgo import se2
 from wifipgo.chance import Streams
 from wifipgo.every_step import Memory
-from wifipgo.graph import Bearings, Edges, dead_reckoned, extended, extended_bearings, residual_error, retold
-from wifipgo.listening import Listening, bearings_of, listened, weights_of
-from wifipgo.meetings import BYTES_PER_POSE, hold_meetings
+from wifipgo.graph import (
+    NO_PINGS,
+    Bearings,
+    Edges,
+    dead_reckoned,
+    extended,
+    extended_bearings,
+    extended_pings,
+    residual_error,
+    retold,
+)
+from wifipgo.listening import Listening, bearings_of, listened, pings_of, weights_of
+from wifipgo.meetings import BYTES_PER_PING, BYTES_PER_POSE, hold_meetings
 from wifipgo.radio.hearing import probe_links
 from wifipgo.radio.impairments import draw_standing
 from wifipgo.radio.materials import Slab
@@ -104,6 +114,7 @@ def _first_belief(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> 
         covariance=np.zeros((n, 3, 3)),
         edges=Edges.empty(),
         bearings=Bearings.empty(scenario.turn.n_peaks),
+        pings=NO_PINGS,
         err=np.zeros(n),
         lidar_m=np.zeros((n, N_LIDAR_RAYS)),
         esnr_db=np.zeros((n, n)),
@@ -170,13 +181,16 @@ def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, s
         links, belief.calls, seen, poses[:, 2], world.standing, scenario=scenario, rng=streams.channel
     )
     found, directions = _measured(truth, belief, seen, heard, world=world, scenario=scenario, streams=streams)
+    pings = pings_of(heard, belief, scenario)
+    n_packets = len(pings.observer) * scenario.turn.n_positions
     linked = links.rate_mbit_s >= link.q_mbit_s
     edges, n_bytes = _told_where_linked(extended(belief.edges, *found), belief.estimate, linked)
     belief = replace(
         belief,
         edges=edges,
         bearings=extended_bearings(belief.bearings, directions) if len(directions) else belief.bearings,
-        bytes_sent=belief.bytes_sent + n_bytes,
+        pings=extended_pings(belief.pings, pings),
+        bytes_sent=belief.bytes_sent + n_bytes + BYTES_PER_PING * n_packets,
         lidar_m=scan(
             poses,
             world.edges_m,
@@ -263,7 +277,12 @@ def _told_where_linked(
 def _solved_at_every_step(belief: Belief, memory: Memory) -> Belief:
     """Let every robot solve by itself; those that met tell each other the new poses."""
     estimate, covariance = memory.smoothed(
-        belief.estimate, belief.edges, belief.bearings, belief.held, belief.covariance
+        belief.estimate,
+        belief.covariance,
+        edges=belief.edges,
+        bearings=belief.bearings,
+        sent=belief.held,
+        pings=belief.pings,
     )
     edges = belief.edges
     for group in belief.met:

@@ -29,6 +29,8 @@ from wifipgo.state import Belief
 # Bytes of one pose, measurement and bearing as sent: 3 float64; two keys, z, sigma and weight; two keys,
 # azimuth and sigma.
 BYTES_PER_POSE, BYTES_PER_EDGE, BYTES_PER_BEARING = 24, 64, 32
+# A packet of a turn that says where its sender is: 802.11 header and check, position, its covariance.
+BYTES_PER_PING = 28 + 16 + 24
 # Robots that solve for themselves stop when none moves further, in m; messages are sent up to so often.
 _THRESHOLD_M, _ATTEMPTS = 0.01, 10
 

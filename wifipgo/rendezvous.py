@@ -50,6 +50,8 @@ class RendezvousConfig:
         outliers: What guards the optimisation against outliers: a name in `wifipgo.graph.GUARDS`. A gate
             on direction weighs measurements as they come, so Err_i has its weights; what a loss or
             PCM lets go at a rendezvous counts in Err_i as before.
+        aoa_factors: Whether directions of robots in the slots, however far, are measurements at every
+            iteration: each packet then says where its sender thinks it is.
         aoa_gate_rad: Delta of Eq. 11.
         aoa_sigma_rad: sigma of Eq. 7, and of a bearing that is a measurement of its own.
         third_party: What measurements of absent robots do in an optimisation: "fixed_told" or "ignore".
@@ -62,6 +64,7 @@ class RendezvousConfig:
     backend: str = "gtsam"
     message_loss: float = 0.0
     outliers: str = "none"
+    aoa_factors: bool = False
     aoa_gate_rad: float = float(np.deg2rad(7.2))
     aoa_sigma_rad: float = float(np.deg2rad(2.96))
     third_party: str = "fixed_told"
@@ -88,6 +91,8 @@ class RendezvousConfig:
             able = guard.loss != "gnc" and guard.gate != "pcm"
             rule = "without 'gnc' and 'pcm', which solve again from scratch, with every_step"
             require(able, "RendezvousConfig.outliers", rule, self.outliers)
+        else:
+            require(not self.aoa_factors, "RendezvousConfig.aoa_factors", "False but with every_step", True)
         if by_robots:
             rule = "without bearings with the distributed backend"
             require(not guard.bearings, "RendezvousConfig.outliers", rule, self.outliers)

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo.every_step import Memory
-from wifipgo.graph import Bearings, Edges
+from wifipgo.graph import Bearings, Edges, Pings
 from wifipgo.radio.impairments import Standing
 from wifipgo.radio.paths import Surfaces
 from wifipgo.rendezvous import Calls
@@ -66,6 +66,8 @@ class Belief:
         edges: Measurements (Eq. 2), each known to the robot at its tail.
         bearings: Directions in which robots in view heard each other, each known to its observer; kept
             where the outlier method has a use for them.
+        pings: Directions of robots in the slots and where these said they were; kept where they are made
+            use of.
         err: Err_i of Eq. 4.
         lidar_m: Free distance along the rays.
         esnr_db: Effective SNR of each link.
@@ -90,6 +92,7 @@ class Belief:
     covariance: Float[np.ndarray, "robots 3 3"]
     edges: Edges
     bearings: Bearings
+    pings: Pings
     err: Float[np.ndarray, " robots"]
     lidar_m: Float[np.ndarray, "robots rays"]
     esnr_db: Float[np.ndarray, "robots robots"]

@@ -7,7 +7,7 @@ import pytest
 
 from wifipgo import se2
 from wifipgo.every_step import Memory
-from wifipgo.graph import Bearings, Edges, end_covariances, extended, select, solve
+from wifipgo.graph import NO_PINGS, Bearings, Edges, Pings, end_covariances, extended, select, solve
 from wifipgo.rendezvous import RendezvousConfig
 
 SIGMA = (0.1, 0.05)
@@ -52,7 +52,7 @@ def run(
             sent = sent.copy()
             sent[:2, :2] = t + 1
         if t >= begin:
-            estimate, cov = memory.smoothed(estimate, edges, Bearings.empty(), sent, cov)
+            estimate, cov = memory.smoothed(estimate, cov, edges=edges, bearings=Bearings.empty(), sent=sent)
     return estimate, cov, edges, sent
 
 
@@ -120,3 +120,41 @@ def test_what_others_measured_and_did_not_send_changes_nothing() -> None:
     other, _, _, _ = run(shifted, start, Memory(cfg))
     np.testing.assert_array_equal(other[[0, 2]], plain[[0, 2]])
     assert np.abs(other[1] - plain[1]).max() > 0.1
+
+
+def heard_a_place(off_rad: float, told_sigma_m: float) -> np.ndarray:
+    """Last pose of a robot that drove 10 m and heard another, far ahead and somewhat off its axis."""
+    poses = np.zeros((1, 2, 3))
+    poses[0, 1, 0] = 10.0
+    edges = Edges.measured(
+        tail=np.array([[0, 0]]), head=np.array([[0, 1]]), z=poses[:, 1], sigma=np.array([[0.1, 0.2]])
+    )
+    ping = Pings(
+        observer=np.array([[0, 1]]),
+        azimuth_rad=np.array([off_rad]),
+        sigma_rad=np.array([0.05]),
+        point_m=np.array([[30.0, 0.0]]),
+        covariance_m2=told_sigma_m**2 * np.eye(2)[None],
+    )
+    memory = Memory(RendezvousConfig(estimator="every_step", aoa_factors=True))
+    sent, cov = np.zeros((1, 1), dtype=int), np.zeros((1, 3, 3))
+    none = Bearings.empty()
+    memory.smoothed(poses[:, :1], cov, edges=Edges.empty(), bearings=none, sent=sent, pings=NO_PINGS)
+    solved, _ = memory.smoothed(poses, cov, edges=edges, bearings=none, sent=sent, pings=ping)
+    return solved[0, 1]
+
+
+@pytest.mark.parametrize("told_sigma_m", [0.01, 1.0])
+def test_a_bearing_to_a_told_place_turns_a_robot_by_its_share(told_sigma_m: float) -> None:
+    """Yaw, own place and told place share the bearing's surprise in proportion to their variances."""
+    off = 0.02
+    across = np.array([0.2, 0.1 / 20.0, told_sigma_m / 20.0, 0.05])  # rad at 20 m, the last is the bearing's
+    share = across**2 / (across**2).sum()
+    pose = heard_a_place(off, told_sigma_m)
+    np.testing.assert_allclose(pose[2], -off * share[0], rtol=0.05)
+    np.testing.assert_allclose(pose[1], -off * share[1] * 20.0, rtol=0.1)
+
+
+def test_a_bearing_that_is_far_off_hardly_counts() -> None:
+    """An echo from behind: Geman-McClure lets go of it."""
+    assert abs(heard_a_place(2.0, 0.1)[2]) < 0.02

@@ -10,6 +10,7 @@ from wifipgo.errors import UnknownNameError
 from wifipgo.graph import ate_trans, residual_error, solve
 from wifipgo.graph.by_robots import solve_by_robots
 from wifipgo.loop import advance, start
+from wifipgo.meetings import BYTES_PER_PING
 from wifipgo.rendezvous import RendezvousConfig
 from wifipgo.scenarios import scenario_named
 from wifipgo.state import Commands, Tick
@@ -17,13 +18,15 @@ from wifipgo.state import Commands, Tick
 SMALL = {"size_m": 3.0, "lidar_range_m": 2.0}
 
 
-def episode(seed: int = 0, n_steps: int = 12, n_robots: int = 2, **overrides: Any) -> Tick:
+def episode(
+    seed: int = 0, n_steps: int = 12, n_robots: int = 2, reach_m: float = 1.0, **overrides: Any
+) -> Tick:
     """Last tick of robots that walk at random in a small room and meet often."""
     scenario = scenario_named("paper-hw-2", n_robots=n_robots, **(SMALL | overrides))
     streams, walk = Streams.for_episode(seed, 0), np.random.default_rng(seed)
     world, tick = start(scenario, streams)
     for _ in range(n_steps):
-        commands = Commands(walk.uniform(-1.0, 1.0, (n_robots, 2)), np.zeros(n_robots, dtype=bool))
+        commands = Commands(walk.uniform(-reach_m, reach_m, (n_robots, 2)), np.zeros(n_robots, dtype=bool))
         tick = advance(tick, commands, world=world, scenario=scenario, streams=streams)
     return tick
 
@@ -34,6 +37,7 @@ def episode(seed: int = 0, n_steps: int = 12, n_robots: int = 2, **overrides: An
         {"estimator": "every_step"},
         {"estimator": "every_step", "outliers": "huber"},
         {"estimator": "every_step", "outliers": "bearing"},
+        {"estimator": "every_step", "aoa_factors": True},
         {"backend": "distributed"},
         {"backend": "distributed", "outliers": "huber"},
         {"backend": "distributed", "outliers": "pcm"},
@@ -97,6 +101,29 @@ def test_a_solution_that_did_not_arrive_is_not_believed() -> None:
     np.testing.assert_array_equal(tick.belief.estimate, episode(kappa=10_000).belief.estimate)
 
 
+def test_pings_are_of_the_slots_and_their_packets_are_counted() -> None:
+    plain = episode(estimator="every_step")
+    heard = episode(estimator="every_step", aoa_factors=True)
+    pings, turn = heard.belief.pings, scenario_named("paper-hw-2").turn
+    assert len(plain.belief.pings.observer) == 0
+    assert len(pings.observer) == 2 * 13  # two robots that hear each other, at the start and 12 times
+    assert heard.belief.bytes_sent - plain.belief.bytes_sent >= 2 * 13 * BYTES_PER_PING * turn.n_positions
+
+
+def test_directions_of_robots_far_away_cut_the_error_of_robots_that_never_meet() -> None:
+    """Four rooms of two robots that cross them without a rendezvous."""
+    apart: dict[str, Any] = {"size_m": 20.0, "reach_m": 2.0, "n_steps": 30, "kappa": 10_000}
+    apart["estimator"] = "every_step"
+    error = [
+        [ate_trans(t.belief.estimate, t.truth.poses).mean() for t in (plain, heard)]
+        for plain, heard in (
+            (episode(seed, **apart), episode(seed, aoa_factors=True, **apart)) for seed in range(4)
+        )
+    ]
+    without, with_factors = np.mean(error, axis=0)
+    assert with_factors < 0.6 * without
+
+
 def test_covariance_grows_on_the_way_and_falls_at_a_meeting() -> None:
     alone, met = episode(kappa=10_000), episode()
     trace = np.trace(alone.belief.covariance[:, :2, :2], axis1=1, axis2=2)
@@ -116,6 +143,7 @@ def test_covariance_grows_on_the_way_and_falls_at_a_meeting() -> None:
         ({"estimator": "every_step", "outliers": "pcm+bearing"}, "outliers"),
         ({"backend": "distributed", "outliers": "bearing"}, "outliers"),
         ({"message_loss": 0.1}, "message_loss"),
+        ({"aoa_factors": True}, "aoa_factors"),
         ({"backend": "distributed", "message_loss": 1.0}, "message_loss"),
     ],
 )

@@ -9,6 +9,7 @@ from wifipgo.graph.keyed import PoseGraph, pose_graph
 from wifipgo.graph.metrics import ERR_WEIGHTS, ate_rot, ate_trans, residual_error
 from wifipgo.graph.outliers import bearing, paper_weights
 from wifipgo.graph.parts import anchors, appended, components, from_team, of_robots
+from wifipgo.graph.pings import NO_PINGS, Pings, extended_pings, select_pings
 from wifipgo.graph.posegraph import Edges, extended, retold, select
 from wifipgo.graph.robust import GUARDS, Guard, direction_weights, solve_guarded
 from wifipgo.graph.solvers import (
@@ -27,6 +28,7 @@ from wifipgo.graph.solvers.spatial import marginal_covariances, solve_graph
 __all__ = [
     "ERR_WEIGHTS",
     "GUARDS",
+    "NO_PINGS",
     "THIRD_PARTY",
     "TOLD_SIGMA",
     "Bearings",
@@ -35,6 +37,7 @@ __all__ = [
     "DistributedReport",
     "Edges",
     "Guard",
+    "Pings",
     "PoseGraph",
     "Report",
     "Smoother",
@@ -50,6 +53,7 @@ __all__ = [
     "end_covariances",
     "extended",
     "extended_bearings",
+    "extended_pings",
     "from_team",
     "marginal_covariances",
     "odometry",
@@ -61,6 +65,7 @@ __all__ = [
     "retold",
     "select",
     "select_bearings",
+    "select_pings",
     "solve",
     "solve_by_robots",
     "solve_distributed",

@@ -11,13 +11,15 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo.graph.bearings import Bearings
+from wifipgo.graph.pings import NO_PINGS, Pings
 from wifipgo.graph.posegraph import Edges
 from wifipgo.graph.solvers._factors import add_bearings, told_tails
-from wifipgo.graph.solvers._losses import huber
+from wifipgo.graph.solvers._losses import geman_mcclure, huber
 from wifipgo.graph.solvers._problem import ANCHOR_SIGMA, TOLD_SIGMA, odometry
 
 # Variables of robot r start at r times this: an episode has fewer iterations.
 _KEYS_A_ROBOT = 1_000_000
+_FIRST_POINT = 1_000_000_000_000  # places that others told come after all poses
 _RELINEARISE = 0.05  # m, rad: a pose that moved further since is linearised anew
 # Updates after another robot's graph came: its poses and one's own may both move far.
 _SETTLING = 3
@@ -41,15 +43,18 @@ class Smoother:
         self._isam = gtsam.ISAM2(params)
         self._models: dict[tuple[Any, ...], gtsam.noiseModel.Base] = {}
         self._first_key = _KEYS_A_ROBOT * np.arange(n_robots)
+        self._n_points = 0
         self.held = np.zeros(n_robots, dtype=np.int64)
 
     def learn(
         self,
         poses: Float[np.ndarray, "robots times 3"],
         held: Int[np.ndarray, " robots"],
+        *,
         between: Edges,
         told: Edges,
         forgotten: list[int],
+        pings: Pings = NO_PINGS,
     ) -> list[int]:
         """Take in what is new, and solve.
 
@@ -59,6 +64,7 @@ class Smoother:
             between: New measurements between poses of the graph.
             told: New measurements of poses outside it, which rest on what their robot told.
             forgotten: Numbers of measurements to drop, as returned before.
+            pings: New bearings to places that others told.
 
         Returns:
             Numbers of the measurements in ``told``.
@@ -67,6 +73,7 @@ class Smoother:
             held[self._robot] > self.held[self._robot]
         )
         graph, values = self._new_poses(poses, held)
+        self._add_pings(graph, values, pings)
         self._add_between(graph, between)
         self._add_told(graph, told)
         result = self._isam.update(graph, values, forgotten)
@@ -128,6 +135,16 @@ class Smoother:
         for i, pose, cov in zip(self._keys(edges.tail), T_world_tail.tolist(), covariance, strict=True):
             noise = gtsam.noiseModel.Gaussian.Covariance(cov)
             graph.addPriorPose2(i, gtsam.Pose2(*pose), huber(noise) if self._doubts else noise)
+
+    def _add_pings(self, graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, pings: Pings) -> None:
+        """Bearings with Geman-McClure's loss to points that are known as well as they were told."""
+        observers = self._keys(pings.observer)
+        for i, azimuth_rad, sigma_rad, point_m, covariance_m2 in zip(observers, *pings[1:], strict=True):
+            point, self._n_points = _FIRST_POINT + self._n_points, self._n_points + 1
+            values.insert(point, point_m)
+            graph.addPriorPoint2(point, point_m, gtsam.noiseModel.Gaussian.Covariance(covariance_m2))
+            loss = geman_mcclure(sigma_rad)
+            graph.add(gtsam.BearingFactor2D(i, point, gtsam.Rot2(azimuth_rad), loss))
 
     def _keys(self, ends: Int[np.ndarray, "rows 2"]) -> list[int]:
         found: list[int] = (self._first_key[ends[:, 0]] + ends[:, 1]).tolist()
