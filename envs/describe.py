@@ -57,7 +57,7 @@ class DescribeConfig:
 
 
 def describe(config: DescribeConfig, *, console: Console) -> None:
-    """Print what is asked for; the picture is written last.
+    """Print what is asked for; the picture is there before the tables.
 
     Raises:
         ValueError: A name or value that is refused; the message lists what exists.
@@ -81,14 +81,14 @@ def _describe(scenario: Scenario, config: DescribeConfig, console: Console) -> N
 
     env = RendezvousEnv(scenario)
     env.reset(seed=config.seed)
+    path = config.out or Path("results/describe") / f"{Path(scenario.name).name}.png"
+    draw_room(path, env, seed=config.seed)
     console.print(Text(scenario.name, style="bold"))
     console.print(Text(scenario.source))
     tables = (agent_table(env, config.seed), action_table(env), observation_table(env), value_table(scenario))
     for table in tables:
         console.print()
         console.print(table)
-    path = config.out or Path("results/describe") / f"{Path(scenario.name).name}.png"
-    draw_room(path, env, seed=config.seed)
     console.print(Text(f"\npicture: {path}"))
 
 
