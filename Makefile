@@ -18,7 +18,7 @@ export MPLBACKEND ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help test lint format evaluate speed clean
+.PHONY: help test lint format evaluate reproduce speed clean
 
 help:  ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -38,6 +38,9 @@ format: $(VENV)/.dev  ## Rewrite the code in the project's layout
 
 evaluate: $(VENV)/.run  ## Active against random rendezvous, paired; into results/evaluate
 	$(BIN)/python -m baselines.evaluate $(ARGS)
+
+reproduce: $(VENV)/.run  ## The paper's figures and claims, 10 seeds each; into results/reproduce
+	$(BIN)/python -m baselines.reproduce all --trials 10 $(ARGS)
 
 speed: $(VENV)/.dev  ## Time each part; table and JSON
 	$(BIN)/python -m benchmarks.speed $(ARGS)

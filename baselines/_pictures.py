@@ -62,14 +62,14 @@ def _curve(axes: Axes, episodes: Sequence[Episode], colour: str, dashes: object)
     trials = [episode.steps["err"].mean(axis=1) for episode in episodes]
     lengths = sorted(map(len, trials))
     end = lengths[len(lengths) // 2]
-    bands = [_band(np.array([t[k] for t in trials if len(t) > k])) for k in range(end)]
+    bands = [band(np.array([t[k] for t in trials if len(t) > k])) for k in range(end)]
     mean, low, high = np.array(bands).T
     label = episodes[0].policy + (", until half ended" if end < lengths[-1] else "")
     axes.fill_between(np.arange(1, end + 1), low, high, color=colour, alpha=0.2, lw=0)
     axes.plot(np.arange(1, end + 1), mean, color=colour, lw=2.0, ls=dashes, label=label)
 
 
-def _band(values: Float[np.ndarray, " trials"]) -> tuple[float, float, float]:
+def band(values: Float[np.ndarray, " trials"]) -> tuple[float, float, float]:
     """Mean and its interval; of one trial, the value."""
     found = bootstrap((values,), np.mean, method="percentile", n_resamples=1_000)
     mean = float(values.mean())

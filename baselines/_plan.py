@@ -70,12 +70,12 @@ class Plan:
 
     def record(self) -> dict[str, Any]:
         """All that decides the results, as plain JSON values."""
-        values = asdict(self) | {"versions": _versions()}
+        values = asdict(self) | {"versions": versions()}
         return json.loads(json.dumps(values, allow_nan=False))
 
 
 @cache
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
     """Versions of what computes the results, and a digest of the project's own code."""
     code = sha256()
     for package in ("baselines", "envs", "wifipgo"):

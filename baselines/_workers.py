@@ -1,13 +1,31 @@
-"""Run episodes, each to a file of its own."""
+"""Run episodes, or other work that ends in a file, wherever the executor says."""
 
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from baselines._episodes import Episode, run_episode
 from baselines._executors import Executor, Work
 from wifipgo.scenarios import Scenario
+
+
+class Item(Protocol):
+    """Work that carries its seed and knows the file of its result."""
+
+    @property
+    def path(self) -> Path:
+        """File of the result, which is there whole or not at all."""
+
+    @property
+    def label(self) -> str:
+        """What it is, in a few words."""
+
+    def compute(self) -> Any:
+        """Do the work; touches no file."""
+
+    def keep(self, result: Any) -> None:
+        """Write the result to its file."""
 
 
 class Task(NamedTuple):
@@ -19,19 +37,31 @@ class Task(NamedTuple):
     seed: int
     path: Path
 
+    @property
+    def label(self) -> str:
+        """Which episode."""
+        return f"policy {self.policy}, trial {self.trial}, seed {self.seed}"
+
+    def compute(self) -> Episode:
+        """Run it."""
+        return run_episode(self.scenario, self.policy, self.seed, trial=self.trial)
+
+    def keep(self, result: Episode) -> None:
+        """Write it down."""
+        result.save(self.path)
+
 
 class Failure(NamedTuple):
-    """An episode that raised."""
+    """Work that raised."""
 
-    task: Task
+    label: str
     problem: BaseException
 
     @property
     def line(self) -> str:
-        """Which episode, and why, in a line."""
+        """What failed, and why, in a line."""
         why = str(self.problem).splitlines() or [""]
-        where = f"policy {self.task.policy}, trial {self.task.trial}, seed {self.task.seed}"
-        return f"{where}: {type(self.problem).__name__}: {why[0]}"
+        return f"{self.label}: {type(self.problem).__name__}: {why[0]}"
 
     @property
     def trace(self) -> str:
@@ -39,29 +69,40 @@ class Failure(NamedTuple):
         return "".join(traceback.format_exception(self.problem))
 
 
-def run_all(tasks: Sequence[Task], *, executor: Executor, on_done: Callable[[], None]) -> list[Failure]:
-    """Run every task; one that raises stops no other.
+class EpisodesFailedError(RuntimeError):
+    """Some episodes raised; the others are kept."""
+
+    def __init__(self, lines: Sequence[str], partial: Path) -> None:
+        """Name the first few episodes and say how to go on."""
+        shown = [f"failed: {line}" for line in lines[:3]]
+        shown += [f"and {len(lines) - 3} more"] if len(lines) > 3 else []
+        hint = f"traces: {partial / 'failures.txt'}; the others are kept: --resume runs what is missing"
+        super().__init__("\n".join([*shown, hint]))
+
+
+def run_all(items: Sequence[Any], *, executor: Executor, on_done: Callable[[], None]) -> list[Failure]:
+    """Run every item; one that raises stops no other.
 
     Args:
-        tasks: What to run.
+        items: What to run, each an `Item`.
         executor: Where.
-        on_done: Called after each task.
+        on_done: Called after each.
 
     Returns:
         What failed.
     """
     failures = []
-    for task, problem in executor.outcomes(Work(carry_out, save), tasks):
-        failures += [Failure(task, problem)] if problem else []
+    for item, problem in executor.outcomes(Work(carry_out, keep), items):
+        failures += [Failure(item.label, problem)] if problem else []
         on_done()
     return failures
 
 
-def carry_out(task: Task) -> Episode:
-    """Run one episode."""
-    return run_episode(task.scenario, task.policy, task.seed, trial=task.trial)
+def carry_out(item: Any) -> Any:
+    """Do the work of an `Item`."""
+    return item.compute()
 
 
-def save(task: Task, episode: Episode) -> None:
-    """Keep an episode in its file."""
-    episode.save(task.path)
+def keep(item: Any, result: Any) -> None:
+    """Write the result of an `Item` to its file."""
+    item.keep(result)

@@ -16,7 +16,7 @@ from baselines._executors import Executor
 from baselines._plan import Plan
 from baselines._report import announce, report, say
 from baselines._statistics import Estimate, Paired, Summary, summarise
-from baselines._workers import Task, run_all
+from baselines._workers import EpisodesFailedError, Task, run_all
 
 __all__ = [
     "Episode",
@@ -29,17 +29,6 @@ __all__ = [
     "main",
     "run_episode",
 ]
-
-
-class EpisodesFailedError(RuntimeError):
-    """Some episodes raised; the others are kept."""
-
-    def __init__(self, lines: Sequence[str], partial: Path) -> None:
-        """Name the first few episodes and say how to go on."""
-        shown = [f"failed: {line}" for line in lines[:3]]
-        shown += [f"and {len(lines) - 3} more"] if len(lines) > 3 else []
-        hint = f"traces: {partial / 'failures.txt'}; the others are kept: --resume runs what is missing"
-        super().__init__("\n".join([*shown, hint]))
 
 
 def evaluate(config: EvaluateConfig, *, console: Console | None = None) -> Summary:

@@ -40,8 +40,8 @@ from rich.progress import track
 from rich.table import Table
 
 from wifipgo.errors import require
-from wifipgo.graph import Bearings, ate_rot, ate_trans, solve_guarded
-from wifipgo.graph.encounters import Encounter, EncounterConfig, simulate_encounter
+from wifipgo.graph.encounter_grid import ODOMETRY, encounter, encounter_grid, error_under
+from wifipgo.graph.encounters import Encounter, EncounterConfig
 
 METHODS = ("none", "paper", "range_aware", "pcm", "huber", "gnc", "bearing")
 LABELS = {
@@ -57,7 +57,6 @@ HEARING = ("paper", "range_aware", "bearing")  # solved again with wrong bearing
 WRONG = " / wrong bearings"
 COLUMNS = (*METHODS, "oracle", *(name + WRONG for name in HEARING))
 KINDS = {"no": "no outliers", "random": "mild, random signs", "same": "mild, same signs", "gross": "gross"}
-ODOMETRY = {0.1: "good", 0.3: "mid", 1.0: "noisy"}
 PAPER_CLAIM = 32.0  # per cent
 
 
@@ -88,31 +87,20 @@ class OutlierConfig:
 
 def grid(*, full: bool) -> list[EncounterConfig]:
     """All cells: 4 ranges, 3 qualities of odometry, 18 outlier settings and none, starts known or not."""
-    ranges, counts = ((1.0, 2.0, 4.0, 8.0), range(1, 7)) if full else ((1.0, 4.0), (2, 4, 6))
-    outliers = [("random", 0), *product(("random", "same", "gross"), counts)]
-    return [
-        EncounterConfig(range_m=r, odometry_scale=odometry, kind=kind, n_outliers=n, start_known=known)
-        for known, odometry, r, (kind, n) in product((True, False), ODOMETRY, ranges, outliers)
-    ]
+    ranges_m, counts = ((1.0, 2.0, 4.0, 8.0), range(1, 7)) if full else ((1.0, 4.0), (2, 4, 6))
+    return encounter_grid(ranges_m=ranges_m, counts=counts)
 
 
 def errors(cfg: EncounterConfig, seed: int, trial: int) -> list[float]:
     """Ground-truth error, Eq. 12 + Eq. 13, of every column on one encounter; no two cells share one."""
 
     def seen(of: EncounterConfig) -> Encounter:
-        return simulate_encounter(of, rng=np.random.default_rng([seed, crc32(repr(cfg).encode()), trial]))
-
-    def error(method: str, e: Encounter, bearings: Bearings, weight: np.ndarray | float = 1.0) -> float:
-        edges = replace(e.edges, weight=e.edges.weight * weight)
-        solved, _ = solve_guarded(
-            e.start, edges, bearings, robots=(0, 1), outliers=method, start_sigma=e.start_sigma
-        )
-        return float((ate_trans(solved, e.truth) + ate_rot(solved, e.truth)).mean())
+        return encounter(of, (seed, crc32(repr(cfg).encode()), trial))
 
     e, wrong = seen(cfg), seen(replace(cfg, bearings_wrong=True)).bearings
-    usual = [error(method, e, e.bearings) for method in METHODS]
-    removed = error("none", e, e.bearings, 1.0 - e.is_outlier)
-    return [*usual, removed, *(error(method, e, wrong) for method in HEARING)]
+    usual = [error_under(method, e) for method in METHODS]
+    removed = error_under("none", e, without_outliers=True)
+    return [*usual, removed, *(error_under(method, e, bearings=wrong) for method in HEARING)]
 
 
 def run_cell(path: Path, cfg: EncounterConfig, seed: int, n_trials: int) -> Path:

@@ -1,0 +1,77 @@
+"""The command line of the reproduction."""
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from baselines._executors import Executor
+from wifipgo.errors import require
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReproduceConfig:
+    """Draw the paper's figures again and judge its claims.
+
+    Each figure gets a folder in OUT with its picture, its data as parquet and its claims; claims.md and
+    claims.json there hold all of them. Episodes that several figures need are run once. The same command with
+    --resume goes on after an interruption, adds figures, and runs nothing twice.
+
+    Example: python -m baselines.reproduce fig7 fig8 --trials 20 --out results/two_robots
+
+    Attributes:
+        figures: all, or any of fig2 fig5 fig7 fig8 fig9 fig10.
+        trials: Seeds of every figure, each met by everything that is compared. Left out: 60 with two robots,
+            10 with fifty.
+        seed: Root of all seeds.
+        jobs: Episodes at once; 0: as many as there are cores. Results do not depend on it.
+        executor: Where episodes run: process, serial (in this process) or ray. Results do not depend on it.
+        ray_address: Existing Ray cluster; without one, ray starts here.
+        out: Folder of the results.
+        resume: Go on with the run that is there; its trials, seed and versions must be the same.
+        overwrite: Remove the run that is there first.
+        docs: Also write claims.md, claims.json and the pictures into this folder.
+    """
+
+    figures: Annotated[tuple[str, ...], tyro.conf.Positional] = ("all",)
+    trials: int | None = None
+    seed: int = 0
+    jobs: int = 0
+    executor: str = "process"
+    ray_address: str = ""
+    out: Path = Path("results/reproduce")
+    resume: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    overwrite: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    docs: Path | None = None
+
+    def check(self) -> None:
+        """Refuse, before anything runs, what could not run."""
+        require(self.trials is None or self.trials >= 1, "trials", ">= 1", self.trials)
+        require(self.seed >= 0, "seed", ">= 0", self.seed)
+        both = self.resume and self.overwrite
+        require(not both, "--resume and --overwrite", "one of them at most", "both")
+
+    @property
+    def where(self) -> Executor:
+        """Where episodes run."""
+        return Executor(name=self.executor, jobs=self.jobs, ray_address=self.ray_address)
+
+    @property
+    def command(self) -> str:
+        """Command line that makes the same results."""
+        trials = [] if self.trials is None else ["--trials", str(self.trials)]
+        words = ["python", "-m", "baselines.reproduce", *self.figures, *trials, "--seed", str(self.seed)]
+        return shlex.join(words)
+
+
+def parsed(args: Sequence[str] | None = None) -> ReproduceConfig:
+    """Read the command line.
+
+    Raises:
+        ValueError: A value that is refused.
+        SystemExit: The command line is not understood, or asks for help.
+    """
+    return tyro.cli(ReproduceConfig, prog="python -m baselines.reproduce", args=args)

@@ -1,0 +1,112 @@
+"""What the figures' pictures share: colours, curves with bands, marks of meetings, small files."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from PIL import Image
+
+from baselines._episodes import Episode
+from baselines._pictures import BLUE, GREEN, ORANGE, PURPLE, STYLE, VERMILION, band
+from baselines.reproduce._measures import mean_curves
+
+LOOKS: dict[str, tuple[str, Any]] = {
+    "active": (BLUE, "-"),
+    "random": (VERMILION, (0, (5, 1.5))),
+    "random, every step": (ORANGE, (0, (1.5, 1))),
+    "active, every step": (GREEN, "-."),
+    "vision": (PURPLE, (0, (3, 1, 1, 1))),
+}
+CALLING = "#56B4E9"
+
+
+@contextmanager
+def page(path: Path, size_in: tuple[float, float]) -> Iterator[Figure]:
+    """A figure in the project's style, written when the block ends."""
+    with mpl.rc_context({**STYLE, "font.size": 9}):
+        figure = Figure(figsize=size_in, dpi=110, layout="constrained")
+        yield figure
+        figure.savefig(buffer := BytesIO(), format="png")
+    picture = Image.open(buffer).convert("RGB").quantize(256)
+    picture.save(path, format="PNG", optimize=True)
+
+
+def err_curve(axes: Axes, episodes: Sequence[Episode], label: str) -> None:
+    """Mean Err over robots and trials, and the 95 % interval of the mean over trials."""
+    colour, dashes = LOOKS[label]
+    curves = mean_curves(episodes)
+    iteration = np.arange(1, curves.shape[1] + 1)
+    mean, low, high = np.array([band(at) for at in curves.T]).T
+    axes.fill_between(iteration, low, high, color=colour, alpha=0.18, lw=0)
+    axes.plot(iteration, mean, color=colour, ls=dashes, lw=1.8, label=label)
+
+
+def threshold_line(axes: Axes, threshold: float) -> None:
+    """The desired threshold, dashed as in the paper."""
+    axes.axhline(threshold, color="0.25", lw=0.9, ls="--", label=f"threshold {threshold:g}")
+
+
+def robots(axes: Axes, episode: Episode, colour: str, label: str = "") -> None:
+    """Err of each robot in one trial."""
+    prefix = f"{label}, " if label else ""
+    errs = episode.steps["err"]
+    for robot, err in enumerate(errs.T):
+        style = ("-", "--")[robot % 2]
+        axes.plot(
+            np.arange(1, len(errs) + 1), err, color=colour, ls=style, lw=1.3, label=f"{prefix}robot {robot}"
+        )
+
+
+def meetings(axes: Axes, episode: Episode) -> None:
+    """A line for each rendezvous."""
+    for k, t in enumerate(episode.meetings[:, 0]):
+        axes.axvline(t, color="0.6", lw=0.8, zorder=0, label=None if k else "rendezvous")
+
+
+def shaded_calls(axes: Axes, episode: Episode) -> None:
+    """Shade the iterations in which a call is up."""
+    calling: Any = np.any(episode.steps["calling"], axis=1)
+    iteration = np.arange(1, len(calling) + 1)
+    low, high = 0.0, 1.0
+    axes.fill_between(
+        iteration,
+        low,
+        high,
+        where=calling,
+        step="mid",
+        transform=axes.get_xaxis_transform(),
+        color=CALLING,
+        alpha=0.2,
+        lw=0,
+        label="call is up",
+    )
+
+
+def err_axes(axes: Axes, *, left: bool = True) -> None:
+    """Labels of an axis of Err over iterations."""
+    axes.set_xlabel("iteration")
+    if left:
+        axes.set_ylabel("Err (Eq. 4)")
+    axes.set_xlim(left=0.0)
+
+
+def from_zero(figure: Figure) -> None:
+    """Let every axis of Err begin at 0, once all is drawn: panels may share their axes."""
+    for axes in figure.axes:
+        axes.set_ylim(bottom=0.0)
+
+
+def key(figure: Figure) -> None:
+    """One legend for all panels, below them."""
+    entries: dict[str, Artist] = {}
+    for axes in figure.axes:
+        handles, labels = axes.get_legend_handles_labels()
+        entries |= dict(zip(labels, handles, strict=True))
+    figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=6, fontsize=8)

@@ -1,0 +1,25 @@
+"""The figures that there are."""
+
+from collections.abc import Mapping
+from types import MappingProxyType, ModuleType
+
+from baselines.reproduce import fig2, fig5, fig7, fig8, fig9, fig10
+from wifipgo.errors import UnknownNameError
+
+# Each has a TITLE, tasks(setting) and make(setting, folder).
+FIGURES: Mapping[str, ModuleType] = MappingProxyType(
+    {"fig2": fig2, "fig5": fig5, "fig7": fig7, "fig8": fig8, "fig9": fig9, "fig10": fig10}
+)
+ALL = "all"
+
+
+def chosen(names: tuple[str, ...]) -> list[str]:
+    """Figures by name, each once, in the paper's order.
+
+    Raises:
+        ValueError: One does not exist; the message lists those that do.
+    """
+    for name in names:
+        if name not in FIGURES and name != ALL:
+            raise UnknownNameError("figure", name, [ALL, *FIGURES])
+    return [name for name in FIGURES if name in names or ALL in names or not names]

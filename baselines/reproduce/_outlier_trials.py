@@ -1,0 +1,137 @@
+"""What Fig. 10 is made of: runs until nine relative poses, and encounters of a grid."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from baselines.policies import make_policy
+from envs.rendezvous_v0 import parallel_env
+from wifipgo import se2
+from wifipgo.graph import solve_guarded
+from wifipgo.graph.bearings import bearing_residuals, heard_along
+from wifipgo.graph.encounter_grid import encounter, error_under, ground_truth_error
+from wifipgo.graph.encounters import EncounterConfig
+from wifipgo.graph.outliers import bearing, likelihood
+from wifipgo.graph.posegraph import select
+from wifipgo.scenarios import Scenario
+from wifipgo.state import Tick
+
+METHODS = ("none", "paper", "range_aware", "huber", "bearing")
+Arrays = Mapping[str, np.ndarray]
+# Bearings are kept and nothing is optimised before all measurements are there.
+KEEP_ALL = {"outliers": "bearing", "kappa": 1_000}
+
+
+class OutlierTrial(NamedTuple):
+    """Active rendezvous until enough relative poses are taken; every method then solves the same graph."""
+
+    scenario: Scenario
+    trial: int
+    seed: int
+    path: Path
+
+    @property
+    def label(self) -> str:
+        """Which trial."""
+        return f"{self.scenario.name}, trial {self.trial}, seed {self.seed}"
+
+    def compute(self) -> Arrays:
+        """Errors by method, and every measurement beside the direction of its signal."""
+        tick = _played(self.scenario.with_overrides(**KEEP_ALL), self.seed)
+        return {"errors": _errors(tick), **_measurements(tick)}
+
+    def keep(self, result: Arrays) -> None:
+        """Write to a file that is there whole or not at all."""
+        _save(self.path, result)
+
+    def load(self) -> Arrays:
+        """Read what `keep` wrote."""
+        return _load(self.path)
+
+
+class Cell(NamedTuple):
+    """Encounters of one kind, as many as there are trials."""
+
+    cfg: EncounterConfig
+    trials: int
+    seed: int
+    path: Path
+
+    @property
+    def label(self) -> str:
+        """Which cell."""
+        return f"{self.cfg.n_outliers} outliers ({self.cfg.kind}) at {self.cfg.range_m:g} m"
+
+    def compute(self) -> Arrays:
+        """Ground-truth error of every trial under every method."""
+        seen = [encounter(self.cfg, (self.seed, k)) for k in range(self.trials)]
+        return {"errors": np.array([[error_under(method, e) for method in METHODS] for e in seen])}
+
+    def keep(self, result: Arrays) -> None:
+        """Write to a file that is there whole or not at all."""
+        _save(self.path, result)
+
+    def load(self) -> Arrays:
+        """Read what `keep` wrote."""
+        return _load(self.path)
+
+
+def _save(path: Path, result: Arrays) -> None:
+    unfinished = path.with_suffix(".tmp")
+    with unfinished.open("wb") as file:
+        np.savez(file, allow_pickle=False, **result)
+    os.replace(unfinished, path)
+
+
+def _load(path: Path) -> Arrays:
+    with np.load(path, allow_pickle=False) as file:
+        return dict(file)
+
+
+def _played(scenario: Scenario, seed: int) -> Tick:
+    """The end of an episode of active rendezvous."""
+    env = parallel_env(scenario=scenario)
+    policy = make_policy("active", env.scenario)
+    policy.reset(seed)
+    observations, _ = env.reset(seed=seed)
+    while env.agents:
+        observations, *_ = env.step(policy.act(observations))
+    return env.tick
+
+
+def _errors(tick: Tick) -> Float[np.ndarray, " methods"]:
+    """Ground-truth error (Eq. 12 + Eq. 13) under every method."""
+    belief, truth = tick.belief, tick.truth.poses
+    solved = [
+        solve_guarded(belief.estimate, belief.edges, belief.bearings, robots=(0, 1), outliers=method)[0]
+        for method in METHODS
+    ]
+    return np.array([ground_truth_error(poses, truth) for poses in solved])
+
+
+def _measurements(tick: Tick) -> Arrays:
+    """Relative poses between robots: how wrong they are, and how far from the nearest peak (Eq. 10)."""
+    belief, truth = tick.belief, tick.truth.poses
+    met = select(belief.edges, belief.edges.tail[:, 0] != belief.edges.head[:, 0])
+    row = heard_along(met, belief.bearings)
+    met, row = select(met, row >= 0), row[row >= 0]
+    exact = se2.between(truth[tuple(met.tail.T)], truth[tuple(met.head.T)])
+    off = met.z - exact
+    off[:, 2] = se2.wrap_angle(off[:, 2])
+    reported, peaks = bearing(met.z), belief.bearings.azimuth_rad[row]
+    away = se2.wrap_angle(reported[:, None] - peaks)
+    nearest = np.take_along_axis(away, np.abs(away).argmin(axis=1)[:, None], axis=1)[:, 0]
+    sigmas = np.abs(off) / met.sigma[:, [0, 0, 1]]
+    return {
+        "off_rad": nearest,
+        "weight": likelihood(nearest),
+        "pose_azimuth_error_rad": se2.wrap_angle(reported - bearing(exact)),
+        "aoa_error_rad": -bearing_residuals(truth, belief.bearings)[row],
+        # An outlier is that far off in every component; noise is so once in ten thousand times.
+        "is_outlier": (sigmas > 1.99).all(axis=1),
+        "range_m": np.hypot(exact[:, 0], exact[:, 1]),
+    }

@@ -1,0 +1,101 @@
+"""Claims as a page to read: ``claims.md`` from ``claims.json``."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from baselines._report import shown
+from baselines._statistics import Estimate
+from baselines.reproduce._claims import BESIDE, HEADLINE, SENSITIVITY
+
+_INTRODUCTION = """\
+Each claim has one figure of ours, its 95 % bootstrap interval over paired seeds, and a verdict by a rule
+that is fixed in the code (`baselines/reproduce/_rules.py`). **Headline** rows make the verdict. *Beside* them
+stand rows that do not: other methods, and the strong walker that optimises at every step. *Sensitivity*
+rows change one number that is ours and not the paper's, all else as it was."""
+_ROLES = {HEADLINE: "**headline**", BESIDE: "beside", SENSITIVITY: "sensitivity"}
+_VERDICTS = {"reproduced": "**reproduced**", "partly": "partly", "not": "**not**"}
+
+
+def page(record: Mapping[str, Any], picture: Callable[[str], str]) -> str:
+    """The whole page.
+
+    Args:
+        record: Content of ``claims.json``.
+        picture: Takes a figure's name and says where its picture is.
+    """
+    figures: Mapping[str, Any] = record["figures"]
+    parts = [_head(record), summary(figures)]
+    parts += [_figure(name, of, picture(name)) for name, of in figures.items()]
+    return "\n\n".join(parts) + "\n"
+
+
+def summary(figures: Mapping[str, Any]) -> str:
+    """One line for each claim."""
+    rows = [
+        [name, claim["claim"], _headlines(claim), _VERDICTS.get(claim["verdict"], claim["verdict"])]
+        for name, claim in ((claim["name"], claim) for of in figures.values() for claim in of["claims"])
+    ]
+    return _table(["", "claim", "ours, with 95 % interval", "verdict"], rows)
+
+
+def _head(record: Mapping[str, Any]) -> str:
+    seeds = record["seeds"]
+    versions = ", ".join(f"{name} {version}" for name, version in record["versions"].items())
+    return (
+        f"# The paper's claims, judged\n\n{_INTRODUCTION}\n\n"
+        f"    {record['command']}\n\n"
+        f"Of {record['date']}; root seed {record['seed']}, trials {_some(seeds)}; {versions}"
+    )
+
+
+def _some(seeds: Sequence[int]) -> str:
+    """The first few; all are in ``claims.json``."""
+    first = ", ".join(map(str, seeds[:3]))
+    return first if len(seeds) <= 3 else f"{first}, ... ({len(seeds)} in all, listed in `claims.json`)"
+
+
+def _headlines(claim: Mapping[str, Any]) -> str:
+    """Every headline figure of a claim."""
+    found = [finding for finding in claim["findings"] if finding["role"] == HEADLINE]
+    if len(found) == 1:
+        return _shown(found[0]) + claim["unit"]
+    if len(found) > 4:
+        reached = sum(finding["verdict"] == "reproduced" for finding in found)
+        return f"reproduced in {reached} of {len(found)} conditions"
+    return "; ".join(f"{finding['conditions']} {_shown(finding)}{claim['unit']}" for finding in found)
+
+
+def _figure(name: str, of: Mapping[str, Any], picture: str) -> str:
+    parts = [f"## {name}: {of['title']}", f"![{of['title']}]({picture})"]
+    return "\n\n".join([*parts, *map(_claim, of["claims"])])
+
+
+def _claim(claim: Mapping[str, Any]) -> str:
+    """A claim: what it says, how it is judged, every figure."""
+    goal = f" Goal of this project: {claim['goal']}." if claim["goal"] else ""
+    text = (
+        f"### {claim['name']}: {claim['verdict']}\n\n> {claim['claim']} ({claim['source']})\n\n"
+        f"Figure: {claim['quantity']}. Rule: {claim['rule']}.{goal}"
+    )
+    rows = [
+        [
+            _ROLES[finding["role"]],
+            finding["conditions"],
+            _shown(finding) + claim["unit"],
+            str(finding["n"]),
+            finding["verdict"],
+            finding["note"],
+        ]
+        for finding in claim["findings"]
+    ]
+    return f"{text}\n\n" + _table(["", "conditions", "ours", "seeds", "verdict", "note"], rows)
+
+
+def _shown(finding: Mapping[str, Any]) -> str:
+    return shown(Estimate(finding["value"], finding["low"], finding["high"]))
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)

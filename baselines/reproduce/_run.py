@@ -1,0 +1,131 @@
+"""Run what figures need, make them one after the other, and put all claims together."""
+
+import json
+import shutil
+from collections.abc import Mapping
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from baselines._episodes import trial_seed
+from baselines._plan import versions
+from baselines._report import say
+from baselines._results import write_json
+from baselines._workers import EpisodesFailedError, Failure, run_all
+from baselines.reproduce import _folder
+from baselines.reproduce._config import ReproduceConfig
+from baselines.reproduce._figures import FIGURES, chosen
+from baselines.reproduce._page import page
+from baselines.reproduce._runs import TRIALS, Setting
+
+
+def reproduce(config: ReproduceConfig, *, console: Console | None = None) -> dict[str, Any]:
+    """Make figures, or go on making them, and judge the claims.
+
+    With more than one job, call it under ``if __name__ == "__main__":``, as
+    every program that starts processes.
+
+    Args:
+        config: What to make and where it goes.
+        console: Where to print; nowhere if None.
+
+    Returns:
+        Content of ``claims.json``.
+
+    Raises:
+        ValueError: A setting that is refused; nothing was written.
+        OSError: A folder that cannot be written.
+        EpisodesFailedError: Some episodes raised; their figures are missing, all else is there.
+    """
+    console = console or Console(quiet=True)
+    config.check()
+    names, out, executor = chosen(config.figures), config.out.resolve(), config.where
+    record = {"trials": config.trials, "seed": config.seed, "versions": versions()}
+    _folder.claim(out, record, resume=config.resume, overwrite=config.overwrite)
+    setting = Setting(trials=config.trials or 0, seed=config.seed, cache=out / _folder.EPISODES)
+    say(console, f"figures: {', '.join(names)}; seed {config.seed}; {executor.name}")
+    failures = []
+    for name in names:
+        if _folder.done(out, name):
+            say(console, f"{name}: done before")
+        else:
+            failures += _make(name, setting, out, config, console)
+    whole = _together(config, out, record)
+    _report(whole, config, console)
+    (out / _folder.FAILURES).unlink(missing_ok=True)
+    if failures:
+        (out / _folder.FAILURES).write_text("\n".join(f.trace for f in failures), encoding="utf-8")
+        raise EpisodesFailedError([failure.line for failure in failures], out)
+    return whole
+
+
+def _make(name: str, setting: Setting, out: Path, config: ReproduceConfig, console: Console) -> list[Failure]:
+    """Run what one figure still needs and make it; what failed if it cannot be made."""
+    figure = FIGURES[name]
+    items = _folder.missing(figure.tasks(setting))
+    columns = (TextColumn(f"{name:6s}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True, quiet=console.quiet)) as progress:
+        bar = progress.add_task("", total=len(items))
+        failures = run_all(items, executor=config.where, on_done=lambda: progress.advance(bar))
+    if failures:
+        return failures
+    folder = _folder.staging(out, name)
+    claims = figure.make(setting, folder)
+    write_json(
+        folder / _folder.CLAIMS, {"title": figure.TITLE, "claims": [asdict(claim) for claim in claims]}
+    )
+    _folder.publish(folder)
+    return []
+
+
+def _together(config: ReproduceConfig, out: Path, record: Mapping[str, Any]) -> dict[str, Any]:
+    """All figures that are there, as ``claims.json`` and ``claims.md``."""
+    figures = {
+        name: json.loads((out / name / _folder.CLAIMS).read_text(encoding="utf-8"))
+        for name in FIGURES
+        if _folder.done(out, name)
+    }
+    whole = {
+        "command": config.command,
+        "date": datetime.now(UTC).date().isoformat(),
+        **record,
+        "seeds": [trial_seed(config.seed, k) for k in range(config.trials or TRIALS)],
+        "figures": figures,
+    }
+    write_json(out / _folder.CLAIMS, whole)
+    (out / _folder.PAGE).write_text(page(whole, lambda name: f"{name}/{name}.png"), encoding="utf-8")
+    if config.docs is not None:
+        _document(whole, out, config.docs)
+    return whole
+
+
+def _document(whole: Mapping[str, Any], out: Path, docs: Path) -> None:
+    """The page, what it is made from, and its pictures, for the project's documentation."""
+    (docs / "pictures").mkdir(parents=True, exist_ok=True)
+    for name in whole["figures"]:
+        shutil.copyfile(out / name / f"{name}.png", docs / documented_picture(name))
+    write_json(docs / _folder.CLAIMS, whole)
+    (docs / _folder.PAGE).write_text(page(whole, documented_picture), encoding="utf-8")
+
+
+def documented_picture(name: str) -> str:
+    """Where the documentation keeps a figure's picture."""
+    return f"pictures/{name}.png"
+
+
+def _report(whole: Mapping[str, Any], config: ReproduceConfig, console: Console) -> None:
+    """Print a verdict for each claim, and where everything is."""
+    table = Table(title="claims", title_justify="left")
+    for header in ("claim", "verdict", ""):
+        table.add_column(header)
+    for of in whole["figures"].values():
+        for claim in of["claims"]:
+            table.add_row(Text(claim["name"]), Text(claim["verdict"]), Text(claim["claim"]))
+    console.print(table)
+    say(console, f"results: {config.out}; read {config.out / _folder.PAGE}")

@@ -1,0 +1,93 @@
+"""The numbers that are ours and not the paper's, each changed one at a time."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from baselines._episodes import Episode
+from baselines._statistics import Estimate
+from baselines.reproduce._claims import SENSITIVITY, Found
+from baselines.reproduce._runs import Run, Setting, changed, offers
+from wifipgo.scenarios import Scenario
+
+Change = dict[str, object]
+
+PERSISTENT = "walk=persistent"  # parameter of the policies that walk at random
+
+
+def variants(scenario: Scenario) -> dict[str, Change]:
+    """Other values for a scenario's numbers, by what to call them."""
+    size_m, power_dbm = scenario.arena.size_m, scenario.radio.tx_power_dbm
+    sizes = (10.0, 40.0) if size_m <= 20.0 else (40.0, 100.0)
+    arenas: dict[str, Change] = {
+        f"room {other:g} x {other:g}, power to match (ours {size_m:g})": {
+            "size_m": other,
+            "tx_power_dbm": round(power_dbm + 20.0 * float(np.log10(other / size_m)), 2),
+        }
+        for other in sizes
+    }
+    kappas: dict[str, Change] = {
+        f"kappa {k} (ours {scenario.rendezvous.kappa})": {"kappa": k} for k in (1, 6)
+    }
+    rates: dict[str, Change] = {
+        f"q {q:g} Mb/s (ours {scenario.link.q_mbit_s:g})": {"q_mbit_s": q} for q in (13.0, 58.5)
+    }
+    return {**arenas, **kappas, **rates}
+
+
+def sensitivity_runs(scenario: Scenario) -> dict[str, tuple[Run, Run]]:
+    """Active and random under every change, by what to call it."""
+    pairs = {
+        label: (Run(other, "active"), Run(other, "random"))
+        for label, change in variants(scenario).items()
+        for other in (changed(scenario, **change),)
+    }
+    if offers_persistent_walk():
+        walk = tuple(Run(scenario, f"{policy}:{PERSISTENT}") for policy in ("active", "random"))
+        pairs["persistent heading (ours: a new one each iteration)"] = (walk[0], walk[1])
+    if offers(estimator="every_step"):
+        every = changed(scenario, estimator="every_step")
+        pairs["optimised at every step (ours: at a rendezvous)"] = Run(every, "active"), Run(every, "random")
+    return pairs
+
+
+def offers_persistent_walk() -> bool:
+    """Whether this version's random walks take a law."""
+    from baselines.policies import make_policy  # noqa: PLC0415 (policies load the environment)
+
+    try:
+        make_policy(f"random:{PERSISTENT}", changed("paper-hw-2"))
+    except ValueError:
+        return False
+    return True
+
+
+def sensitivity(
+    scenario: Scenario,
+    setting: Setting,
+    measure: Callable[[Sequence[Episode], Sequence[Episode]], Estimate],
+    *,
+    prefix: str = "",
+) -> list[Found]:
+    """A figure of active against random under every change.
+
+    Args:
+        scenario: What is changed.
+        setting: Of the run.
+        measure: Takes the episodes of active and of random.
+        prefix: To put before what a change is called.
+    """
+    return [
+        Found(
+            conditions=prefix + label,
+            estimate=measure(active.episodes(setting), random.episodes(setting)),
+            n=setting.trials_of(scenario),
+            role=SENSITIVITY,
+        )
+        for label, (active, random) in sensitivity_runs(scenario).items()
+    ]
+
+
+def all_runs(pairs: Mapping[str, tuple[Run, Run]]) -> list[Run]:
+    """Both of every pair."""
+    return [run for pair in pairs.values() for run in pair]

@@ -1,0 +1,50 @@
+"""The episodes of two robots that Figs. 7 and 8 share."""
+
+from baselines._episodes import Episode
+from baselines._workers import Task
+from baselines.reproduce._claims import BESIDE, HEADLINE
+from baselines.reproduce._runs import Run, Setting, changed, offers, tasks_of
+from baselines.reproduce._sensitivity import all_runs, sensitivity_runs
+
+ROOMS = {
+    "without obstacles": changed("paper-hw-2"),
+    "four obstacles": changed("paper-hw-2-obstacles"),
+    "heterogeneous noise": changed("paper-hw-2-hetero"),
+}
+CHANGED = ("without obstacles", "four obstacles")  # rooms in which our numbers are changed
+# What is compared: reference, other, role, and how to call it.
+PAIRS = (
+    ("active", "random", HEADLINE, ""),
+    ("active", "random, every step", BESIDE, "; random optimises at every step"),
+    ("active, every step", "random, every step", BESIDE, "; both optimise at every step"),
+)
+
+Played = dict[str, dict[str, list[Episode]]]
+
+
+def runs() -> dict[str, dict[str, Run]]:
+    """Every room, and every policy in it."""
+    return {room: _policies(room) for room in ROOMS}
+
+
+def _policies(room: str) -> dict[str, Run]:
+    found = {policy: Run(ROOMS[room], policy) for policy in ("active", "random")}
+    if offers(estimator="every_step"):
+        every = changed(ROOMS[room], estimator="every_step")
+        found |= {f"{policy}, every step": Run(every, policy) for policy in ("random", "active")}
+    return found
+
+
+def tasks(setting: Setting) -> list[Task]:
+    """All episodes, those of the sensitivity included."""
+    main = [run for room in runs().values() for run in room.values()]
+    more = [run for room in CHANGED for run in all_runs(sensitivity_runs(ROOMS[room]))]
+    return tasks_of([*main, *more], setting)
+
+
+def played(setting: Setting) -> Played:
+    """Every finished episode, by room and policy."""
+    return {
+        room: {label: run.episodes(setting) for label, run in policies.items()}
+        for room, policies in runs().items()
+    }

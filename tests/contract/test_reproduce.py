@@ -1,0 +1,222 @@
+"""The reproduction keeps its word: figures whole or not at all, nothing run twice, claims judged."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from data_dir import data_dir
+
+from baselines import _workers
+from baselines._statistics import Estimate
+from baselines._workers import EpisodesFailedError, Task
+from baselines.reproduce import _figures, _folder, _rules, _run, fig2
+from baselines.reproduce.__main__ import main
+from baselines.reproduce._claims import Claim, Found, judged
+from baselines.reproduce._config import ReproduceConfig
+from baselines.reproduce._outlier_trials import METHODS, OutlierTrial
+from baselines.reproduce._page import page
+from baselines.reproduce._run import reproduce
+from baselines.reproduce._runs import Run, Setting, changed, tasks_of
+
+PNG = b"\x89PNG\r\n\x1a\n"
+SHORT = changed("paper-sim-2", n_steps=3)
+
+
+def small(policies: Sequence[str]) -> SimpleNamespace:
+    """A figure of short episodes."""
+    runs = [Run(SHORT, policy) for policy in policies]
+
+    def make(setting: Setting, folder: Path) -> list[Claim]:
+        value = float(sum(e.figures["distance_m"] for run in runs for e in run.episodes(setting)))
+        (folder / "figure.txt").write_text(str(value))
+        found = [Found(conditions="short", estimate=Estimate(value, value, value), n=setting.trials)]
+        rule = _rules.above(0.0)
+        return [judged("small", "It moves.", source="-", quantity="distance", rule=rule, found=found)]
+
+    return SimpleNamespace(TITLE="small", tasks=lambda setting: tasks_of(runs, setting), make=make)
+
+
+@pytest.fixture
+def two(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two small figures that share the episodes of one policy."""
+    figures = {"figA": small(["random"]), "figB": small(["random", "active"])}
+    monkeypatch.setattr(_figures, "FIGURES", figures)
+    monkeypatch.setattr(_run, "FIGURES", figures)
+
+
+def asked(out: Path, **changes: Any) -> ReproduceConfig:
+    config = ReproduceConfig(trials=2, executor="serial", out=out)
+    return replace(config, **changes)
+
+
+def counted(
+    monkeypatch: pytest.MonkeyPatch, *, fail_at: int | None = None, by: type[BaseException] = RuntimeError
+) -> list[Any]:
+    """Every item that is carried out; the one at ``fail_at`` raises."""
+    real, seen = _workers.carry_out, []
+
+    def carry_out(item: Task) -> Any:
+        seen.append(item)
+        if len(seen) - 1 == fail_at:
+            raise by
+        return real(item)
+
+    monkeypatch.setattr(_workers, "carry_out", carry_out)
+    return seen
+
+
+@pytest.mark.usefixtures("two")
+def test_what_figures_share_is_run_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = counted(monkeypatch)
+    whole = reproduce(asked(tmp_path / "out"))
+    assert len(seen) == 2 * 2  # two trials of two policies
+    assert list(whole["figures"]) == ["figA", "figB"]
+    assert json.loads((tmp_path / "out" / "claims.json").read_text()) == whole
+    assert "It moves." in (tmp_path / "out" / "claims.md").read_text()
+
+
+@pytest.mark.usefixtures("two")
+def test_an_interrupted_run_goes_on_and_a_finished_figure_is_not_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+    with monkeypatch.context() as patch:
+        counted(patch, fail_at=3, by=KeyboardInterrupt)
+        with pytest.raises(KeyboardInterrupt):
+            reproduce(asked(out))
+    assert (out / "figA" / "claims.json").is_file()
+    assert not (out / "figB").exists()
+    made = (out / "figA" / "figure.txt").stat().st_mtime_ns
+    with pytest.raises(ValueError, match="--resume goes on, --overwrite starts over"):
+        reproduce(asked(out))
+    with pytest.raises(ValueError, match=r"differs in trials \(2 there, 3 now\)"):
+        reproduce(asked(out, trials=3, resume=True))
+    seen = counted(monkeypatch)
+    whole = reproduce(asked(out, resume=True))
+    assert len(seen) == 1
+    assert (out / "figA" / "figure.txt").stat().st_mtime_ns == made
+    assert list(whole["figures"]) == ["figA", "figB"]
+
+
+@pytest.mark.usefixtures("two")
+def test_figures_are_added_and_a_run_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = tmp_path / "out"
+    assert list(reproduce(asked(out, figures=("figA",)))["figures"]) == ["figA"]
+    seen = counted(monkeypatch)
+    assert list(reproduce(asked(out, figures=("figB",), resume=True))["figures"]) == ["figA", "figB"]
+    assert len(seen) == 2
+    assert list(reproduce(asked(out, figures=("figB",), overwrite=True, seed=1))["figures"]) == ["figB"]
+    assert len(seen) == 2 + 4
+
+
+@pytest.mark.usefixtures("two")
+def test_what_raises_costs_its_figure_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = tmp_path / "out"
+    with monkeypatch.context() as patch:
+        counted(patch, fail_at=3, by=RuntimeError)
+        with pytest.raises(EpisodesFailedError, match=r"policy active, trial 1, seed \d+: RuntimeError"):
+            reproduce(asked(out))
+    assert list(json.loads((out / "claims.json").read_text())["figures"]) == ["figA"]
+    assert "RuntimeError" in (out / "failures.txt").read_text()
+    whole = reproduce(asked(out, resume=True))
+    assert list(whole["figures"]) == ["figA", "figB"]
+    assert not (out / "failures.txt").exists()
+
+
+@pytest.mark.usefixtures("two")
+def test_serial_and_process_find_the_same(tmp_path: Path) -> None:
+    found = [
+        reproduce(asked(tmp_path / name, executor=name, jobs=2))["figures"] for name in ("serial", "process")
+    ]
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("overwrite", [True, False])
+def test_a_folder_that_is_no_reproduction_is_left_alone(overwrite: bool, tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").write_text("all of it")
+    with pytest.raises(ValueError, match="new, empty, or the folder of a reproduction"):
+        reproduce(asked(tmp_path, overwrite=overwrite))
+    (tmp_path / _folder.CONFIG).write_text(json.dumps({"kind": "reproduce"}))
+    with pytest.raises(ValueError, match=r"also holds \['thesis.tex'\]|--resume goes on"):
+        reproduce(asked(tmp_path, overwrite=overwrite))
+    assert (tmp_path / "thesis.tex").read_text() == "all of it"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["fig6"], "unknown figure 'fig6'; known: all, fig10, fig2, fig5, fig7, fig8, fig9"),
+        (["fig2", "--trials", "0"], "trials must be >= 1, got 0"),
+        (["fig2", "--trials", "-3"], "trials must be >= 1, got -3"),
+        (["fig2", "--seed", "-1"], "seed must be >= 0"),
+        (["fig2", "--jobs", "-1"], "jobs must be >= 0"),
+        (["fig2", "--executor", "slurm"], "unknown executor 'slurm'"),
+        (["fig2", "--resume", "--overwrite"], "--resume and --overwrite must be one of them at most"),
+    ],
+)
+def test_what_cannot_run_is_refused_in_a_line(
+    arguments: Sequence[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*arguments, "--out", str(tmp_path / "out")]) == 2
+    printed = capsys.readouterr()
+    assert message in printed.err
+    assert printed.err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_profile_and_dark_from_the_command_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two real figures, without recordings: pictures, data, and claims whose verdicts follow from numbers."""
+    monkeypatch.setenv("WIFIPGO_DATA", str(tmp_path))
+    out = tmp_path / "out"
+    docs = tmp_path / "docs"
+    options = ["--trials", "2", "--executor", "serial", "--out", str(out), "--docs", str(docs)]
+    assert main(["fig2", "fig9", *options]) == 0
+    assert "fig9.dark" in capsys.readouterr().out
+    for name in ("fig2", "fig9"):
+        assert (out / name / f"{name}.png").read_bytes().startswith(PNG)
+        assert (docs / "pictures" / f"{name}.png").is_file()
+    assert len(pd.read_parquet(out / "fig2" / "simulated.parquet")) == 2
+    steps = pd.read_parquet(out / "fig9" / "steps.parquet")
+    assert set(steps.iteration) == set(range(1, 51))
+    claims = json.loads((docs / "claims.json").read_text())
+    by_name = {claim["name"]: claim for of in claims["figures"].values() for claim in of["claims"]}
+    for finding in by_name["fig9.dark"]["findings"]:
+        if finding["role"] == "headline":
+            assert finding["value"] == 0.0
+            assert finding["note"] == "every trajectory is the same to the bit"
+    assert (docs / "claims.md").read_text() == page(claims, _run.documented_picture)
+
+
+def test_recordings_are_judged_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WIFIPGO_DATA", str(data_dir("wsr").parent))
+    links = fig2.recorded()
+    assert len(links) == 30
+    assert np.abs(fig2.recorded_errors(links[:1]).azimuth_error_deg).max() < 20.0
+
+
+def test_a_trial_with_outliers_solves_one_graph_by_every_method(tmp_path: Path) -> None:
+    trial = OutlierTrial(changed("paper-outliers"), 0, 3, tmp_path / "trial.npz")
+    trial.keep(trial.compute())
+    found = trial.load()
+    assert found["errors"].shape == (len(METHODS),)
+    assert np.isfinite(found["errors"]).all()
+    assert 9 <= len(found["off_rad"]) <= 10
+    assert 0 < found["is_outlier"].sum() < len(found["off_rad"])
+    np.testing.assert_array_equal(found["errors"], trial.compute()["errors"])
+    calm = OutlierTrial(changed("paper-outliers", outlier_share=0.0), 0, 3, tmp_path / "calm.npz")
+    assert not calm.compute()["is_outlier"].any()
+
+
+def test_runs_of_one_key_are_those_with_one_result() -> None:
+    dark, light = Run(changed("paper-hw-2-dark"), "random"), Run(changed("paper-hw-2"), "random")
+    assert dark.key != light.key
+    assert Run(changed("paper-hw-2", visual_range_m=0.0), "random").key == dark.key
+    assert Run(changed("paper-hw-2"), "active").key != light.key
