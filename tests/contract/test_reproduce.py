@@ -15,7 +15,7 @@ from data_dir import data_dir
 from baselines import _workers
 from baselines._statistics import Estimate
 from baselines._workers import EpisodesFailedError, Task
-from baselines.reproduce import _figures, _folder, _rules, _run, fig2
+from baselines.reproduce import _figures, _folder, _rules, _run, fig2, fig9
 from baselines.reproduce.__main__ import main
 from baselines.reproduce._claims import Claim, Found, judged
 from baselines.reproduce._config import ReproduceConfig
@@ -175,6 +175,7 @@ def test_profile_and_dark_from_the_command_line(
 ) -> None:
     """Two real figures, without recordings: pictures, data, and claims whose verdicts follow from numbers."""
     monkeypatch.setenv("WIFIPGO_DATA", str(tmp_path))
+    monkeypatch.setattr(fig9, "ROOMS", {"without obstacles": "paper-hw-2"})
     out = tmp_path / "out"
     docs = tmp_path / "docs"
     options = ["--trials", "2", "--executor", "serial", "--out", str(out), "--docs", str(docs)]
