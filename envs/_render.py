@@ -31,15 +31,15 @@ class Viewer:
         side = self.config.height_px
         self._left = self._surface.subsurface((0, 0, side, side))
         self._right = self._surface.subsurface((side, 0, self.config.panel_px, side))
-        self._of: tuple[World, Scenario, bool] | None = None
+        self._of: tuple[World, Scenario] | None = None
 
     def surface(self, tick: Tick, world: World, scenario: Scenario) -> pygame.Surface:
         """Draw a tick; the next call draws over it."""
         scene = scene_of(tick, scenario)
-        if self._of is None or not self._same(world, scenario, scene.is_covariance):
+        if not self._same(world, scenario):
             self._arena = ArenaPainter(world, scenario, self.config.height_px)
-            self._panel = Panel(world, scenario, self.config, is_covariance=scene.is_covariance)
-            self._of = world, scenario, scene.is_covariance
+            self._panel = Panel(world, scenario, self.config)
+            self._of = world, scenario
         self._arena.paint(scene, self._left)
         self._panel.paint(scene, self._right)
         return self._surface
@@ -54,6 +54,6 @@ class Viewer:
             frame[..., channel] = octets[..., shift // 8]
         return frame
 
-    def _same(self, world: World, scenario: Scenario, is_covariance: bool) -> bool:
+    def _same(self, world: World, scenario: Scenario) -> bool:
         """Whether what is kept of the last picture is still of use."""
-        return self._of is not None and self._of[0] is world and self._of[1:] == (scenario, is_covariance)
+        return self._of is not None and self._of[0] is world and self._of[1] == scenario

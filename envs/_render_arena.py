@@ -45,7 +45,7 @@ class ArenaPainter:
         now, believed = self._camera.px(scene.true[:, -1, :2]), self._camera.px(scene.estimate[..., :2])
         off = np.hypot(*(believed[:, -1] - now).T) > 0.5 * self._size
         self._links(scene, now)
-        self._estimates(scene, believed, off)
+        self._estimates(scene, believed)
         self._calls(scene, now)
         self._robots(scene, now, believed[:, -1], off)
         self._meetings(scene, now)
@@ -110,14 +110,13 @@ class ArenaPainter:
             width = marks.rate_width(share, self._size)
             pygame.draw.line(self._big, colours.rate_colour(share), now[i], now[j], width)
 
-    def _estimates(
-        self, scene: Scene, believed: Float[np.ndarray, "robots times 2"], off: Bool[np.ndarray, " robots"]
-    ) -> None:
-        """Estimated trajectories, and how far their ends are off."""
+    def _estimates(self, scene: Scene, believed: Float[np.ndarray, "robots times 2"]) -> None:
+        """Estimated trajectories, and how sure robots can be of their ends."""
         for robot, own in enumerate(believed):
             marks.thread(self._big, own, colours.robot_colour(robot), self._size)
         rings = self._camera.px(scene.rings_m)
-        for robot in np.flatnonzero(off | scene.is_covariance).tolist():
+        reach = np.ptp(rings, axis=1).max(axis=1)
+        for robot in np.flatnonzero(reach > 2.0 * self._size).tolist():
             marks.ring(self._big, rings[robot], colours.robot_colour(robot), self._size)
 
     def _calls(self, scene: Scene, now: Float[np.ndarray, "robots 2"]) -> None:

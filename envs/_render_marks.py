@@ -127,4 +127,4 @@ def ribbon(surface: Surface, path: Float[np.ndarray, "times 2"], colour: Colour,
 def thread(surface: Surface, path: Float[np.ndarray, "times 2"], colour: Colour, size: float) -> None:
     """An estimated trajectory: thin and dark."""
     if len(path) > 1:
-        pygame.draw.lines(surface, mixed(colour, INK, 0.3), False, path.tolist(), max(1, round(0.3 * size)))
+        pygame.draw.lines(surface, mixed(colour, INK, 0.3), False, path.tolist(), max(1, int(0.3 * size)))

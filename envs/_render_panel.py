@@ -26,14 +26,12 @@ _GROOVE: colours.Colour = (228, 229, 226)
 class Panel:
     """Draws the panel of one episode; what never changes is drawn once."""
 
-    def __init__(
-        self, world: World, scenario: Scenario, config: RenderConfig, *, is_covariance: bool
-    ) -> None:
+    def __init__(self, world: World, scenario: Scenario, config: RenderConfig) -> None:
         """Write title and legend."""
         self._scenario, self._u = scenario, config.height_px / _HEIGHT
         self._has_obstacles = len(world.layout.obstacles_m) > 0
         self._still = pygame.Surface((config.panel_px, config.height_px))
-        self._legend(is_covariance)
+        self._legend()
         self._write(self._still, scenario.name, 16.0, 24.0)
         self._write(self._still, config.caption, 38.0, 17.0, colours.FAINT_INK)
 
@@ -114,9 +112,9 @@ class Panel:
         text = f"{n_over} of {len(err_share)} above the threshold of {self._threshold():g}"
         self._write(target, text, _BARS_BOTTOM + 4.0, 16.0, colours.CALL)
 
-    def _legend(self, is_covariance: bool) -> None:
+    def _legend(self) -> None:
         """Every mark beside its meaning; marks are drawn large and scaled down, as in the arena."""
-        rows = self._marks(is_covariance)
+        rows = self._marks()
         large = pygame.Surface((2 * self._still.get_width(), 2 * self._still.get_height()))
         large.fill(colours.PAPER)
         unit, middle = 2.0 * self._u, 0.5 * (_LEFT + _TEXT_LEFT - 8.0)
@@ -126,9 +124,7 @@ class Panel:
         for k, (_, text) in enumerate(rows):
             self._write(self._still, text, _LEGEND_TOP + _ROW * k, 17.0, x=_TEXT_LEFT, middle=True)
 
-    def _marks(
-        self, is_covariance: bool
-    ) -> list[tuple[Callable[[pygame.Surface, np.ndarray, float], None], str]]:
+    def _marks(self) -> list[tuple[Callable[[pygame.Surface, np.ndarray, float], None], str]]:
         """How to draw each mark around a place, and what it means."""
         top_mbit_s = band_of(self._scenario.radio.bandwidth_hz).top_rate_mbit_s
         rows = [
@@ -136,7 +132,7 @@ class Panel:
             (_ghost, "where it believes to be"),
             (_ribbon, "its path"),
             (_thread, "its path as estimated"),
-            (_ring, "95 % region" if is_covariance else "error of the estimate"),
+            (_ring, "95 % sure to be in here"),
             (_links, f"link, up to {top_mbit_s:g} Mb/s"),
             (_call, "call: come here"),
             (_lobe, "caller's bearing (AOA)"),

@@ -12,9 +12,7 @@ from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief, Tick
 
-# Names under which a belief may hold the covariances of the newest positions, (robots, 2, 2), m^2.
-_COVARIANCES = ("position_cov_m2", "position_cov")
-_RING_STEPS = 48
+_RING_STEPS = 36
 # Semi-axes of the region that holds a Gaussian in the plane with 95 %, in standard deviations.
 SIGMAS_95 = float(np.sqrt(-2.0 * np.log(0.05)))
 
@@ -54,9 +52,7 @@ class Scene:
             an outline around the callee with a maximum of 1; zeros where it does not hear its caller.
         met: Groups that meet now.
         last_met_m: Where each robot that ever met last did.
-        rings_m: Outline around each newest estimate: where the robot is with 95 % if the belief holds
-            covariances, else the circle through the truth.
-        is_covariance: Which of the two the rings are.
+        rings_m: Outline around each newest estimate: where the robot is with 95 %, as far as it can know.
         err_share: Err_i of each robot over the threshold.
     """
 
@@ -72,7 +68,6 @@ class Scene:
     met: tuple[tuple[int, ...], ...]
     last_met_m: Float[np.ndarray, "places 2"]
     rings_m: Float[np.ndarray, "robots steps 2"]
-    is_covariance: bool
     err_share: Float[np.ndarray, " robots"]
 
     @property
@@ -90,7 +85,6 @@ def scene_of(tick: Tick, scenario: Scenario) -> Scene:
     caller = np.flatnonzero(belief.calls.callee != NOBODY)
     calls = np.stack([caller, belief.calls.callee[caller]], axis=1)
     met = np.flatnonzero(belief.last_met > 0)
-    covariance = _covariances(belief)
     return Scene(
         t=belief.t,
         true=truth.poses,
@@ -103,8 +97,7 @@ def scene_of(tick: Tick, scenario: Scenario) -> Scene:
         lobes=_lobes_of_calls(belief, calls, truth.poses[:, -1, 2]),
         met=belief.met,
         last_met_m=truth.poses[met, belief.last_met[met], :2],
-        rings_m=_rings(belief.estimate[:, -1, :2], truth.poses[:, -1, :2], covariance),
-        is_covariance=covariance is not None,
+        rings_m=rings(belief.estimate[:, -1, :2], belief.covariance[:, :2, :2]),
         err_share=belief.err / scenario.rendezvous.err_threshold,
     )
 
@@ -115,12 +108,6 @@ def _listening(belief: Belief) -> Int[np.ndarray, "links 2"]:
     linked = np.zeros(belief.rate_mbit_s.shape, dtype=bool)
     linked[robot, belief.slots[robot, slot]] = True
     return np.argwhere(np.triu(linked | linked.T, 1))
-
-
-def _covariances(belief: Belief) -> Float[np.ndarray, "robots 2 2"] | None:
-    """Covariances of the newest positions, where the belief holds any."""
-    found = (getattr(belief, name, None) for name in _COVARIANCES)
-    return next((np.asarray(value) for value in found if value is not None), None)
 
 
 def lobes(
@@ -143,19 +130,12 @@ def _lobes_of_calls(
     return lobes(profile, yaw_rad[callee])
 
 
-def _rings(
-    estimate_m: Float[np.ndarray, "robots 2"],
-    true_m: Float[np.ndarray, "robots 2"],
-    covariance_m2: Float[np.ndarray, "robots 2 2"] | None,
+def rings(
+    middle_m: Float[np.ndarray, "robots 2"], covariance_m2: Float[np.ndarray, "robots 2 2"]
 ) -> Float[np.ndarray, "robots steps 2"]:
-    """See `Scene.rings_m`."""
+    """Outlines of the regions that hold 95 % of each Gaussian."""
     turn_rad = np.linspace(0.0, 2.0 * np.pi, _RING_STEPS, endpoint=False)
     circle = np.stack([np.cos(turn_rad), np.sin(turn_rad)])
-    if covariance_m2 is None:
-        error_m = np.linalg.norm(estimate_m - true_m, axis=1)
-        ring_m = error_m[:, None, None] * circle.T
-    else:
-        variance_m2, axes = np.linalg.eigh(covariance_m2)
-        stretch = axes * (SIGMAS_95 * np.sqrt(np.maximum(variance_m2, 0.0)))[:, None, :]
-        ring_m = np.swapaxes(stretch @ circle, 1, 2)
-    return estimate_m[:, None] + ring_m
+    variance_m2, axes = np.linalg.eigh(covariance_m2)
+    stretch = axes * (SIGMAS_95 * np.sqrt(np.maximum(variance_m2, 0.0)))[:, None, :]
+    return middle_m[:, None] + np.swapaxes(stretch @ circle, 1, 2)
