@@ -10,6 +10,7 @@ from house.project_files import ROOT
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+GRAPH_PAGE = (ROOT / "docs" / "graph.md").read_text(encoding="utf-8")
 
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -45,7 +46,7 @@ def test_readme_command_exists(command: str, tmp_path: Path) -> None:
     assert result.returncode == 0, result.stderr
 
 
-@pytest.mark.parametrize("code", re.findall(r"```python\n(.*?)```", README, re.DOTALL))
+@pytest.mark.parametrize("code", re.findall(r"```python\n(.*?)```", README + GRAPH_PAGE, re.DOTALL))
 def test_readme_code_runs(code: str, tmp_path: Path) -> None:
     result = run("-c", code, cwd=tmp_path)
     assert result.returncode == 0, result.stderr

@@ -181,3 +181,23 @@ def test_bad_requests_say_what_is_wrong() -> None:
         solve(start, edges, robots=[0], third_party="fixed")
     with pytest.raises(ValueError, match="poses without any measurement must be none, got 6"):
         solve(start, select(edges, np.array([0])), robots=[0])
+
+
+def test_what_is_not_finite_is_refused_and_named() -> None:
+    """A measurement where it is made, a pose where a solve would start from it."""
+    with pytest.raises(ValueError, match=r"Edges\.z must be finite, got .*nan"):
+        one((0, 0), (0, 1), float("nan"), SIGMA)
+    poses = np.zeros((1, 2, 3))
+    poses[0, 1, 2] = np.inf
+    with pytest.raises(ValueError, match=r"poses of those who take part must be finite, got .*inf"):
+        solve(poses, straight([1.0]), robots=[0])
+
+
+def test_empty_graphs_and_robots_without_an_edge() -> None:
+    """A first pose is known, so alone it is solved; any other needs a measurement."""
+    poses = np.zeros((2, 1, 3))
+    solved, report = solve(poses, Edges.empty(), robots=[0, 1])
+    np.testing.assert_array_equal(solved, poses)
+    assert (report.chi2_after, report.n_used) == (0.0, 0)
+    with pytest.raises(ValueError, match="poses without any measurement must be none, got 3"):
+        solve(np.zeros((2, 4, 3)), straight([0.0, 0.0, 0.0]), robots=[0, 1])

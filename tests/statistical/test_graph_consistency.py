@@ -7,11 +7,12 @@ import pytest
 from scipy import stats
 
 from wifipgo import se2
+from wifipgo.graph import end_covariances
 from wifipgo.graph.metrics import ate_trans, residual_error
 from wifipgo.graph.posegraph import Edges, retold
 from wifipgo.graph.solvers import Report, solve_team
 
-SIGMA, N_TIMES, N_TRIALS = (0.05, 0.02), 8, 150
+SIGMA, N_TIMES, N_TRIALS = (0.05, 0.02), 8, 1000
 
 
 class Trial(NamedTuple):
@@ -42,8 +43,7 @@ def trial(rng: np.random.Generator) -> Trial:
 
 @pytest.fixture(scope="module")
 def trials() -> list[Trial]:
-    rng = np.random.default_rng(2024)
-    return [trial(rng) for _ in range(N_TRIALS)]
+    return [trial(np.random.default_rng(seed)) for seed in range(N_TRIALS)]
 
 
 def freedom(edges: Edges) -> int:
@@ -62,6 +62,19 @@ def test_chi_square_has_the_right_law(trials: list[Trial]) -> None:
     """Not only its sum: the p-values of single trials are uniform."""
     p = [stats.chi2.sf(t.report.chi2_after, freedom(t.edges)) for t in trials]
     assert stats.kstest(p, "uniform").pvalue > 0.05
+
+
+def test_nees_of_last_poses_is_in_its_band(trials: list[Trial]) -> None:
+    """Squared errors over their covariance, one robot a trial, sum up to a chi-square of 3 a trial."""
+    total = 0.0
+    for k, t in enumerate(trials):
+        robot = k % 2
+        off = t.solved[robot, -1] - t.truth[robot, -1]
+        off[2] = se2.wrap_angle(off[2:])[0]
+        covariance = end_covariances(t.solved, t.edges, robots=[0, 1])[robot]
+        total += float(off @ np.linalg.solve(covariance, off))
+    low, high = stats.chi2.interval(0.95, 3 * len(trials))
+    assert low < total < high
 
 
 def test_err_by_information_agrees_with_the_solver(trials: list[Trial]) -> None:

@@ -66,12 +66,13 @@ class Edges:
             told: May be left out where both ends belong to one robot.
 
         Raises:
-            ValueError: A sigma is not > 0, a weight is outside [0, 1], or a
+            ValueError: A sigma is not > 0, a weight is outside [0, 1], a number is not finite, or a
                 measurement of another robot comes without what that robot told.
         """
         n = len(tail)
         sigmas, weights = np.empty((n, 2)), np.empty(n)
         sigmas[:], weights[:] = sigma, weight
+        require(bool(np.isfinite(z).all()), "Edges.z", "finite", z[~np.isfinite(z).all(axis=1)])
         require(bool((sigmas > 0.0).all()), "Edges.sigma", "> 0", sigma)
         require(bool(((weights >= 0.0) & (weights <= 1.0)).all()), "Edges.weight", "in [0, 1]", weight)
         if told is None:

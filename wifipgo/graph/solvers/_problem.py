@@ -60,6 +60,8 @@ def posed(
     known = np.broadcast_to(np.asarray(start_sigma, dtype=np.float64), (len(poses), 2))
     doubted = ~odometry(edges)[np.concatenate([inner, outer])]
     start = poses[team].reshape(-1, 3)
+    finite = np.isfinite(start).all(axis=1)
+    require(bool(finite.all()), "poses of those who take part", "finite", start[~finite])
     return Problem(team, first_key, start, known[team], inner, outer, told[outer], doubted)
 
 

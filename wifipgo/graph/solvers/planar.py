@@ -57,8 +57,8 @@ def solve(
         New poses, those of other robots unchanged, and the report.
 
     Raises:
-        ValueError: ``robots`` names one twice or nobody, an option is unknown, or a
-            pose other than a first has no measurement.
+        ValueError: ``robots`` names one twice or nobody, an option is unknown, a pose
+            is not finite, or one other than a first has no measurement.
     """
     pick(LOSSES, loss, "loss")
     problem = posed(
