@@ -24,7 +24,7 @@ def page(record: Mapping[str, Any], picture: Callable[[str], str]) -> str:
         picture: Takes a figure's name and says where its picture is.
     """
     figures: Mapping[str, Any] = record["figures"]
-    parts = [_head(record), summary(figures)]
+    parts = [f"# The paper's claims, judged\n\n{_INTRODUCTION}", summary(figures)]
     parts += [_figure(name, of, picture(name)) for name, of in figures.items()]
     return "\n\n".join(parts) + "\n"
 
@@ -38,14 +38,11 @@ def summary(figures: Mapping[str, Any]) -> str:
     return _table(["", "claim", "ours, with 95 % interval", "verdict"], rows)
 
 
-def _head(record: Mapping[str, Any]) -> str:
-    seeds = record["seeds"]
-    versions = ", ".join(f"{name} {version}" for name, version in record["versions"].items())
-    return (
-        f"# The paper's claims, judged\n\n{_INTRODUCTION}\n\n"
-        f"    {record['command']}\n\n"
-        f"Of {record['date']}; root seed {record['seed']}, trials {_some(seeds)}; {versions}"
-    )
+def _about(run: Mapping[str, Any]) -> str:
+    """Where a figure's numbers come from."""
+    versions = ", ".join(f"{name} {version}" for name, version in run["versions"].items())
+    seeds = f"root seed {run['seed']}, seeds {_some(run['seeds'])}"
+    return f"    {run['command']}\n\n{run['date']}; {seeds}; {versions}."
 
 
 def _some(seeds: Sequence[int]) -> str:
@@ -66,7 +63,7 @@ def _headlines(claim: Mapping[str, Any]) -> str:
 
 
 def _figure(name: str, of: Mapping[str, Any], picture: str) -> str:
-    parts = [f"## {name}: {of['title']}", f"![{of['title']}]({picture})"]
+    parts = [f"## {name}: {of['title']}", f"![{of['title']}]({picture})", _about(of["run"])]
     return "\n\n".join([*parts, *map(_claim, of["claims"])])
 
 

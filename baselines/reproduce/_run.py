@@ -3,7 +3,7 @@
 import json
 import shutil
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from baselines._workers import EpisodesFailedError, Failure, run_all
 from baselines.reproduce import _folder
 from baselines.reproduce._config import ReproduceConfig
 from baselines.reproduce._figures import FIGURES, chosen
+from baselines.reproduce._folder import done
 from baselines.reproduce._page import page
 from baselines.reproduce._runs import TRIALS, Setting
 
@@ -52,11 +53,11 @@ def reproduce(config: ReproduceConfig, *, console: Console | None = None) -> dic
     say(console, f"figures: {', '.join(names)}; seed {config.seed}; {executor.name}")
     failures = []
     for name in names:
-        if _folder.done(out, name):
+        if done(out, name):
             say(console, f"{name}: done before")
         else:
             failures += _make(name, setting, out, config, console)
-    whole = _together(config, out, record)
+    whole = _together(config, out)
     _report(whole, config, console)
     (out / _folder.FAILURES).unlink(missing_ok=True)
     if failures:
@@ -76,28 +77,27 @@ def _make(name: str, setting: Setting, out: Path, config: ReproduceConfig, conso
     if failures:
         return failures
     folder = _folder.staging(out, name)
-    claims = figure.make(setting, folder)
-    write_json(
-        folder / _folder.CLAIMS, {"title": figure.TITLE, "claims": [asdict(claim) for claim in claims]}
-    )
+    claims = [asdict(claim) for claim in figure.make(setting, folder)]
+    content = {"title": figure.TITLE, "run": _about(name, config), "claims": claims}
+    write_json(folder / _folder.CLAIMS, content)
     _folder.publish(folder)
     return []
 
 
-def _together(config: ReproduceConfig, out: Path, record: Mapping[str, Any]) -> dict[str, Any]:
-    """All figures that are there, as ``claims.json`` and ``claims.md``."""
-    figures = {
-        name: json.loads((out / name / _folder.CLAIMS).read_text(encoding="utf-8"))
-        for name in FIGURES
-        if _folder.done(out, name)
-    }
-    whole = {
-        "command": config.command,
+def _about(name: str, config: ReproduceConfig) -> dict[str, Any]:
+    """Where a figure's numbers come from: enough to get them again."""
+    return {
+        "command": replace(config, figures=(name,)).command,
         "date": datetime.now(UTC).date().isoformat(),
-        **record,
+        "seed": config.seed,
         "seeds": [trial_seed(config.seed, k) for k in range(config.trials or TRIALS)],
-        "figures": figures,
+        "versions": versions(),
     }
+
+
+def _together(config: ReproduceConfig, out: Path) -> dict[str, Any]:
+    """All figures that are there, as ``claims.json`` and ``claims.md``."""
+    whole = {"figures": {name: _read(out / name / _folder.CLAIMS) for name in FIGURES if done(out, name)}}
     write_json(out / _folder.CLAIMS, whole)
     (out / _folder.PAGE).write_text(page(whole, lambda name: f"{name}/{name}.png"), encoding="utf-8")
     if config.docs is not None:
@@ -106,12 +106,20 @@ def _together(config: ReproduceConfig, out: Path, record: Mapping[str, Any]) -> 
 
 
 def _document(whole: Mapping[str, Any], out: Path, docs: Path) -> None:
-    """The page, what it is made from, and its pictures, for the project's documentation."""
+    """The page, what it is made from, and its pictures; figures of other runs stay as they are there."""
     (docs / "pictures").mkdir(parents=True, exist_ok=True)
     for name in whole["figures"]:
         shutil.copyfile(out / name / f"{name}.png", docs / documented_picture(name))
-    write_json(docs / _folder.CLAIMS, whole)
-    (docs / _folder.PAGE).write_text(page(whole, documented_picture), encoding="utf-8")
+    before = _read(docs / _folder.CLAIMS)["figures"] if (docs / _folder.CLAIMS).is_file() else {}
+    figures = {**before, **whole["figures"]}
+    merged = {"figures": {name: figures[name] for name in FIGURES if name in figures}}
+    write_json(docs / _folder.CLAIMS, merged)
+    (docs / _folder.PAGE).write_text(page(merged, documented_picture), encoding="utf-8")
+
+
+def _read(path: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return found
 
 
 def documented_picture(name: str) -> str:

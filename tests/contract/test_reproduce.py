@@ -194,6 +194,17 @@ def test_profile_and_dark_from_the_command_line(
             assert finding["value"] == 0.0
             assert finding["note"] == "every trajectory is the same to the bit"
     assert (docs / "claims.md").read_text() == page(claims, _run.documented_picture)
+    older = claims["figures"].pop("fig9")
+    (docs / "claims.json").write_text(
+        json.dumps({"figures": {"fig9": older | {"title": "old"}, "fig7": older}})
+    )
+    assert main(["fig9", *options, "--resume"]) == 0
+    merged = json.loads((docs / "claims.json").read_text())["figures"]
+    assert [(name, of["title"] == older["title"]) for name, of in merged.items()] == [
+        ("fig2", False),
+        ("fig7", True),
+        ("fig9", True),
+    ]
 
 
 def test_recordings_are_judged_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
