@@ -116,7 +116,7 @@ class ArenaPainter:
             marks.thread(self._big, own, colours.robot_colour(robot), self._size)
         rings = self._camera.px(scene.rings_m)
         reach = np.ptp(rings, axis=1).max(axis=1)
-        for robot in np.flatnonzero(reach > 2.0 * self._size).tolist():
+        for robot in np.flatnonzero(reach > 4.0 * self._size).tolist():  # the others hide behind their robots
             marks.ring(self._big, rings[robot], colours.robot_colour(robot), self._size)
 
     def _calls(self, scene: Scene, now: Float[np.ndarray, "robots 2"]) -> None:

@@ -32,6 +32,7 @@ class Panel:
         self._has_obstacles = len(world.layout.obstacles_m) > 0
         self._still = pygame.Surface((config.panel_px, config.height_px))
         self._legend()
+        self._still.fill(_GROOVE, (0, 0, 1, config.height_px))
         self._write(self._still, scenario.name, 16.0, 24.0)
         self._write(self._still, config.caption, 38.0, 17.0, colours.FAINT_INK)
 
