@@ -1,8 +1,10 @@
 """Algorithm 1: the called robot follows the strongest path of its caller's signal."""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 
+from baselines._view import View
+from baselines._walks import step_towards
 from envs.rendezvous_v0 import N_BINS, bin_azimuths
 
 # sigma < 1 (paper Sec. 5). gamma makes the step gamma w^2 / sigma^2 reach one step length for the
@@ -26,3 +28,34 @@ def step_length(
 ) -> Float[np.ndarray, " robots"]:
     """Length of Algorithm 1's step along the path, ``gamma w^2 / sigma^2``, at most one step length."""
     return np.minimum(gamma_steps * discrepancy**2 / sigma**2, 1.0)
+
+
+class Approach:
+    """Algorithm 1 as a motion: towards the robot in a slot, along the strongest path of its signal."""
+
+    def __init__(self) -> None:
+        """Approach nobody yet."""
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget sides of obstacles and counts."""
+        self._side, self._observed = np.zeros(0), np.zeros(0)
+
+    def step(
+        self,
+        view: View,
+        slot: Int[np.ndarray, " robots"],
+        comes: Bool[np.ndarray, " robots"],
+        free_steps: Float[np.ndarray, "robots rays"],
+    ) -> Float[np.ndarray, "robots 2"]:
+        """Algorithm 1's step, or none while each step already brings a new observation of the other."""
+        rows = np.arange(len(slot))
+        before = self._observed if len(self._observed) else np.full(len(slot), np.inf)
+        side = self._side if len(self._side) else np.zeros(len(slot))
+        observed = view.slot("observed")[rows, slot, 0]
+        bearing = strongest_bearing(view.slot("profile")[rows, slot])
+        length = step_length(view.slot("discrepancy")[rows, slot, 0])
+        waypoint, taken = step_towards(bearing, length, free_steps, side)
+        self._side = np.where(comes, taken, 0.0)
+        self._observed = np.where(comes, observed, np.inf)
+        return np.where((observed > before)[:, None], 0.0, waypoint)

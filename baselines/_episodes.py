@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Shaped
 
-from baselines.policies import Policy, make_policy
+from baselines.policies import Oracle, Policy, make_policy
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.graph import ate_rot, ate_trans
 from wifipgo.rendezvous import NOBODY
@@ -112,6 +112,8 @@ def run_episode(
     look = on_tick or _look_away
     look(env.tick, env.world)
     while env.agents:
+        if isinstance(driver, Oracle):
+            driver.see_truth(env.tick.truth.poses[:, -1])
         observations, *_, infos = env.step(driver.act(observations))
         rows.append(_row(env.tick, [info["mapped_share_truth"] for info in infos.values()]))
         meetings += _meetings(env.tick)

@@ -31,6 +31,11 @@ class View(NamedTuple):
         """Free distance in lidar ranges, counter-clockwise from ahead."""
         return self.rows[:, self.fields["lidar"].where]
 
+    @property
+    def survey(self) -> Float[np.ndarray, "robots squares"]:
+        """What each robot knows of the room: chance that a square is in place, 0 where not seen."""
+        return self.rows[:, self.fields["survey"].where]
+
     def slot(self, name: str) -> Float[np.ndarray, "robots slots size"]:
         """A block of every slot, e.g. ``calls_me`` or ``profile``."""
         blocks = [
