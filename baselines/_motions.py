@@ -1,6 +1,6 @@
 """How robots move while they call nobody and nobody calls them; one motion may hand over to another."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -16,6 +16,7 @@ from wifipgo.se2 import wrap_angle
 _CLOSE_STEPS = 0.4  # nearer than this to a point counts as there
 
 
+@runtime_checkable
 class Motion(Protocol):
     """Gives every robot a waypoint in the body frame, in steps."""
 
@@ -59,7 +60,7 @@ class Persistent:
     ) -> Float[np.ndarray, "robots 2"]:
         """A whole step ahead, or a random one where that way is not open."""
         n, n_rays = free_steps.shape
-        ahead = self._wobble_rad * rng.standard_normal(n) - self._turn_rad
+        ahead = rng.normal(-self._turn_rad, self._wobble_rad, size=(n,))
         anywhere = random_step(free_steps, rng=rng)
         ray = np.abs(wrap_angle(ray_angles(n_rays)[None] - ahead[:, None])).argmin(axis=1)
         clear = open_rays(free_steps)[np.arange(n), ray]

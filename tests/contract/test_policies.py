@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from baselines.policies import POLICIES, make_policy
+from baselines.policies import POLICIES, Oracle, make_policy
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.scenarios import SCENARIOS, scenario_named
 
@@ -17,7 +17,9 @@ def test_actions_are_in_their_space_and_repeat(name: str, scenario: str) -> None
     for _ in range(2):
         observations, _ = env.reset(seed=4)
         policy.reset(4)
-        for _ in range(3):
+        for _ in range(3 if env.scenario.n_robots == 2 else 2):
+            if isinstance(policy, Oracle):
+                policy.see_truth(env.tick.truth.poses[:, -1])
             actions = policy.act(observations)
             assert all(env.action_space(a).contains(action) for a, action in actions.items())
             observations, *_ = env.step(actions)
@@ -87,5 +89,86 @@ def test_of_two_that_call_each_other_the_less_lost_comes() -> None:
 
 
 def test_unknown_policy_lists_what_exists() -> None:
-    with pytest.raises(ValueError, match=r"greedy.*known: active, random"):
+    with pytest.raises(ValueError, match=r"greedy.*known: active, convoy, .*, random, vision"):
         make_policy("greedy", scenario_named("paper-hw-2"))
+
+
+@pytest.mark.parametrize("name", sorted(POLICIES))
+def test_unknown_parameter_lists_what_exists(name: str) -> None:
+    with pytest.raises(ValueError, match=r"parameter of policy .*speed.*known"):
+        make_policy(f"{name}:speed=3", scenario_named("paper-hw-2"))
+
+
+@pytest.mark.parametrize(
+    "spec", ["periodic:period=0", "covariance:spread_m=0", "frontier_home:release=2", "leapfrog:period=0"]
+)
+def test_values_that_cannot_mean_anything_are_refused(spec: str) -> None:
+    with pytest.raises(ValueError, match=spec.split("=", maxsplit=1)[0]):
+        make_policy(spec, scenario_named("paper-hw-2"))
+
+
+def test_who_is_asked_first_does_not_matter() -> None:
+    """A policy without chance of its own gives each robot the same action in any order."""
+    env = parallel_env("paper-sim-2")
+    observations, _ = env.reset(seed=3)
+    backwards = dict(reversed(observations.items()))
+    first, second = (make_policy("frontier", env.scenario).act(o) for o in (observations, backwards))
+    for agent in observations:
+        np.testing.assert_array_equal(first[agent], second[agent])
+
+
+def test_only_an_oracle_is_shown_the_truth() -> None:
+    scenario = scenario_named("paper-hw-2")
+    shown = [name for name in POLICIES if isinstance(make_policy(name, scenario), Oracle)]
+    assert shown == ["oracle_bearing"]
+    blind = make_policy("oracle_bearing", scenario)
+    with pytest.raises(RuntimeError, match="see_truth"):
+        blind.act(observation_of())
+
+
+def acted(spec: str, **blocks: float) -> np.ndarray:
+    policy = make_policy(spec, scenario_named("paper-hw-2"))
+    policy.reset(0)
+    return policy.act(observation_of(**{"own/heading": 1.0} | blocks))["robot_0"]
+
+
+def test_a_lost_robot_that_sees_another_drives_to_it_and_else_walks_on() -> None:
+    lost = {"own/err": 2.0, "own/sighted_bearing": 1.0}
+    seen = acted("vision", **lost, **{"own/sighted": 0.9})
+    np.testing.assert_allclose(seen[:2], np.full(2, np.sqrt(0.5)), atol=1e-6)  # cos = sin = 1: 45 degrees
+    dark = acted("vision", **lost, **{"own/sighted": 0.0})
+    assert np.hypot(*(dark - seen)[:2]) > 1e-3
+    assert seen[2] < 0.0
+
+
+def test_frontier_home_turns_back_when_uncertain() -> None:
+    """The start is at the origin and the robot in the far corner of its estimate, heading at 45 degrees."""
+    far = {"own/position": 0.9, "own/start": 0.0, "survey": 0.0}
+    home = acted("frontier_home", **far, **{"own/recorded_spread": 5.0})
+    np.testing.assert_allclose(home[:2], [-1.0, 0.0], atol=1e-5)
+    out = acted("frontier_home", **far, **{"own/recorded_spread": 0.1})
+    assert np.hypot(*(out - home)[:2]) > 0.1
+
+
+@pytest.mark.parametrize(
+    ("spec", "blocks"),
+    [
+        ("periodic:period=5", {"own/since_met": 5 / 50}),
+        ("covariance:spread_m=2", {"own/spread": 2.5}),
+        ("frontier_active", {"own/err": 1.5}),
+        ("frontier_home", {"own/err": 1.5}),
+    ],
+)
+def test_triggers_call(spec: str, blocks: dict[str, float]) -> None:
+    assert acted(spec, **blocks)[2] > 0.0
+    assert acted(spec)[2] < 0.0
+
+
+def test_a_frontier_is_where_nothing_was_seen() -> None:
+    """All but one square are known: the robot heads for it."""
+    env = parallel_env("paper-hw-2")
+    observations = observation_of(**{"own/heading": 1.0, "survey": 1.0, "own/position": 0.5})
+    survey = next(f for f in env.layout if f.name == "survey")
+    observations["robot_0"][survey.start + 15 * 16 + 15] = 0.0
+    policy = make_policy("frontier", env.scenario)
+    np.testing.assert_allclose(policy.act(observations)["robot_0"][:2], [1.0, 0.0], atol=1e-5)
