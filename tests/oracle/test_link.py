@@ -92,3 +92,15 @@ def test_service_discrepancy_is_eq_1() -> None:
     clipped = link.service_discrepancy(rate, q_mbit_s=39.0, alpha=2.0)
     np.testing.assert_allclose(clipped, [2.0, 1.0, 0.0, 0.0])
     assert link.service_discrepancy(rate, q_mbit_s=39.0, alpha=2.0, clip=False)[3] < 0.0
+
+
+@pytest.mark.parametrize("bandwidth_hz", [20e6, 40e6])
+def test_looking_at_fewer_modulations_finds_the_same_rate(bandwidth_hz: float) -> None:
+    """Links from none to the top rate: the short way against all four modulations."""
+    rng = np.random.default_rng(1)
+    snr = rng.exponential(1.0, (2_000, 30)) * 10.0 ** rng.uniform(-1.0, 3.5, (2_000, 1))
+    rate, shown_db = link.carried(snr, bandwidth_hz=bandwidth_hz)
+    esnr_db = link.esnr_db(snr)
+    np.testing.assert_array_equal(rate, link.rate_mbit_s(esnr_db, bandwidth_hz=bandwidth_hz))
+    np.testing.assert_array_equal(shown_db, esnr_db[:, -1])
+    assert len(np.unique(rate)) == 9
