@@ -129,23 +129,14 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
                 starts from the scenario that the environment was made with.
 
         Raises:
-            ValueError: An option that does not exist or that would change the spaces.
+            ValueError: A seed that is no integer >= 0, an option that does not exist or that would change the
+                spaces, or a room that cannot be laid out. The episode before goes on.
         """
-        entropy, episode = self._entropy, self._episode + 1
-        if seed is not None or entropy is None:
-            root = np.random.SeedSequence(seed).entropy
-            entropy, episode = root if isinstance(root, int) else 0, 0
-        changes = {k: v for k, v in (options or {}).items() if k not in _IGNORED_OPTIONS}
-        for name in changes:
-            require(name not in _FIXED, f"options[{name!r}]", "set when the environment is made", name)
-        scenario, streams = (
-            self.base_scenario.with_overrides(**changes),
-            Streams.for_episode(entropy, episode),
-        )
-        world, tick = start(scenario, streams)
-        # Nothing is refused from here on: what was refused left the episode before as it was.
-        self._entropy, self._episode, self._streams = entropy, episode, streams
-        self.scenario, self._world, self._tick = scenario, world, tick
+        entropy, episode = self._next_episode(seed)
+        scenario = self.base_scenario.with_overrides(**_changes(options))
+        streams = Streams.for_episode(entropy, episode)
+        self._world, self._tick = start(scenario, streams)  # may refuse, so nothing is touched before
+        self._entropy, self._episode, self.scenario, self._streams = entropy, episode, scenario, streams
         self._mapped = first_map(self._tick)
         self.agents = list(self.possible_agents)
         if self.render_mode == "human":
@@ -212,6 +203,17 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             self._screen.close()
             self._screen = None
 
+    def _next_episode(self, seed: int | None) -> tuple[int, int]:
+        """Root of all chance, and the number of the episode under it."""
+        if seed is not None:
+            whole = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
+            require(whole and seed >= 0, "seed", "None or an integer >= 0", seed)
+            return int(seed), 0
+        if self._entropy is not None:
+            return self._entropy, self._episode + 1
+        root = np.random.SeedSequence().entropy
+        return root if isinstance(root, int) else 0, 0
+
     def _observations(self) -> dict[str, Any]:
         rows = _observation.observe(self.tick.belief, self.scenario)
         if self._as_dict:
@@ -239,17 +241,34 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         }
 
 
+def _changes(options: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Scenario fields that reset options change."""
+    require(options is None or isinstance(options, Mapping), "options", "None or a mapping", options)
+    changes = {name: value for name, value in (options or {}).items() if name not in _IGNORED_OPTIONS}
+    for name in changes:
+        require(name not in _FIXED, f"options[{name!r}]", "set when the environment is made", name)
+    return changes
+
+
 def _commands(actions: Mapping[str, Any], agents: list[str]) -> Commands:
     """Check actions and stack them; a waypoint or request outside [-1, 1] is clipped."""
+    require(
+        isinstance(actions, Mapping), "actions", "a mapping from agents to actions", type(actions).__name__
+    )
     for name in actions.keys() - set(agents):
         require(False, f"actions[{name!r}]", f"for one of {agents}", name)
     for agent in agents:
         if agent not in actions:
             raise ValueError(f"actions[{agent!r}] must be given: one action for each live agent")
+    rows = np.empty((len(agents), 3))
+    for row, agent in zip(rows, agents, strict=True):
         shape = np.shape(actions[agent])
         if shape != (3,):
             require(False, f"actions[{agent!r}]", "of shape (3,)", shape)
-    rows = np.array([actions[agent] for agent in agents], dtype=np.float64)
+        try:
+            row[:] = actions[agent]
+        except (TypeError, ValueError):
+            require(False, f"actions[{agent!r}]", "three numbers", actions[agent])
     for i in np.flatnonzero(~np.isfinite(rows).all(axis=1)).tolist():
         raise ValueError(f"actions[{agents[i]!r}] must be finite, got {rows[i].tolist()}")
     rows = np.clip(rows, -1.0, 1.0)

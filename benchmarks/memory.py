@@ -1,0 +1,71 @@
+"""Whether the environment's memory grows: resident memory over many steps and short episodes.
+
+Run: ``python -m benchmarks.memory`` (20 000 steps). Exit code 1 if memory grew by more than the limit.
+"""
+
+import gc
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import tyro
+
+from envs.rendezvous_v0 import parallel_env
+
+_STATUS = Path("/proc/self/status")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Arguments:
+    """What is run, and how much memory may be lost.
+
+    Attributes:
+        scenario: Name or TOML file.
+        steps: Steps after the warm-up.
+        warm_up: Steps before the first look; caches fill.
+        episode: Steps of an episode; short ones show what a reset leaves behind.
+        limit_mb: Growth that is too much.
+    """
+
+    scenario: str = "paper-hw-2-obstacles"
+    steps: int = 20_000
+    warm_up: int = 1_000
+    episode: int = 10
+    limit_mb: float = 10.0
+
+
+def resident_mb() -> float:
+    """Resident memory of this process, after a collection."""
+    gc.collect()
+    line = next(line for line in _STATUS.read_text("ascii").splitlines() if line.startswith("VmRSS"))
+    return int(line.split()[1]) / 1024.0
+
+
+def growth_mb(arguments: Arguments) -> float:
+    """Step under random actions, print memory ten times, and say by how much it grew."""
+    env, rng = parallel_env(arguments.scenario, n_steps=arguments.episode), np.random.default_rng(0)
+    before = 0.0
+    for t in range(-arguments.warm_up, arguments.steps + 1):
+        if t >= 0 and t % max(arguments.steps // 10, 1) == 0:
+            now = resident_mb()
+            before = before or now
+            print(f"{t:8d} steps  {now:8.1f} MB", flush=True)
+        if not env.agents:
+            env.reset(seed=0 if t == -arguments.warm_up else None)
+        env.step({a: rng.uniform(-1.0, 1.0, 3) for a in env.agents})
+    return now - before
+
+
+def main() -> None:
+    """Measure, and fail if memory grew."""
+    arguments = tyro.cli(Arguments, description=__doc__)
+    if not _STATUS.exists():
+        sys.exit("benchmarks.memory reads /proc, which this system does not have")
+    grown = growth_mb(arguments)
+    print(f"grew by {grown:.1f} MB over {arguments.steps} steps (limit {arguments.limit_mb:g} MB)")
+    sys.exit(grown > arguments.limit_mb)
+
+
+if __name__ == "__main__":
+    main()
