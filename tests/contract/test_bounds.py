@@ -109,7 +109,7 @@ def test_two_robots_stay_in_bounds(scenario: str) -> None:
     "changes",
     [
         {"size_m": 4.0, "clearance_m": 0.5},
-        {"tx_power_dbm": 40.0, "n_obstacles": 6},
+        {"tx_power_dbm": 30.0, "n_obstacles": 6},
         {"tx_power_dbm": -60.0},
         {"sigma_t_m": 2.0, "sigma_r_rad": 1.5, "outlier_share": 0.9},
         {"estimator": "every_step", "err_weights": "information", "outliers": "bearing"},
