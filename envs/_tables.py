@@ -130,3 +130,16 @@ def _markdown(part: str, rows: list[FieldRow]) -> str:
 
 def _code(value: Any) -> str:
     return f"`{number(value)}`"
+
+
+def layout_markdown() -> str:
+    """The flat observation block by block as a Markdown table: a part of ``docs/environment.md``.
+
+    Slots are alike, so only the first is shown; indices are those of ``paper-hw-2``.
+    """
+    head = "| block | indices | low | high | unit | meaning |\n|---|---|---|---|---|---|"
+    lines = [
+        f"| `{f.name}` | {f.start}:{f.start + f.size} | {f.low:g} | {f.high:g} | {f.unit} | {f.meaning} |"
+        for f in RendezvousEnv("paper-hw-2").layout
+    ]
+    return "\n".join([head, *lines])
