@@ -1,0 +1,217 @@
+"""What a training run consists of: one frozen value, checked when it is made."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from baselines._interfaces import INTERFACES
+from envs.rendezvous_v0 import REWARDS
+from wifipgo.errors import pick, require
+
+# Root of the seeds of the tables in docs/training.md: never trained on, never chosen by.
+HELD_OUT_SEED = 2026
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EnvsConfig:
+    """What is played.
+
+    Attributes:
+        scenario: Scenario that is evaluated, and trained on.
+        others: More scenarios to train on, with the same layout; environments take them in turn.
+        overrides: Other values for fields of all of them, KEY=VALUE.
+        reward: Name of the reward.
+        interface: How the network meets the environment: rays (directions to choose from) or flat (the
+            observation as it is, the action as a point).
+        endless: Take the end by the clock for a cut in a task that goes on, and put the value of the last
+            state there; else for the end, which is what the score does.
+        n_envs: Environments side by side.
+        n_workers: Processes that step them; 0: this one. Results do not depend on it.
+    """
+
+    scenario: str = "paper-sim-2"
+    others: tuple[str, ...] = ()
+    overrides: tuple[str, ...] = ()
+    reward: str = "mapped_share_truth"
+    interface: str = "rays"
+    endless: bool = False
+    n_envs: int = 16
+    n_workers: int = 0
+
+    def __post_init__(self) -> None:
+        """Reject values that cannot mean anything together."""
+        require(self.n_envs >= 1, "envs.n_envs", ">= 1", self.n_envs)
+        rule = f"in 0..{self.n_envs} (n_envs)"
+        require(0 <= self.n_workers <= self.n_envs, "envs.n_workers", rule, self.n_workers)
+        rule = f"fewer than n_envs ({self.n_envs}): each scenario needs an environment"
+        require(len(self.others) < self.n_envs, "envs.others", rule, self.others)
+        pick(REWARDS, self.reward, "envs.reward")
+        pick(INTERFACES, self.interface, "envs.interface")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PpoConfig:
+    """Proximal policy optimisation, in the words of stable-baselines3.
+
+    Attributes:
+        agent_steps: Steps of single agents in all; 0: only imitate.
+        learning_rate: Of Adam, falling to a tenth of it in a straight line.
+        n_steps: Iterations of each environment between updates.
+        batch_size: Agent-steps of a gradient step.
+        n_epochs: How often each agent-step is used.
+        gamma: Discount of an iteration.
+        gae_lambda: Of the generalised advantage estimate.
+        clip_range: Of the ratio of probabilities.
+        ent_coef: Weight of the entropy.
+        vf_coef: Weight of the value's error.
+        max_grad_norm: Gradients are cut to it.
+        target_kl: Stop an update's epochs at this divergence; 0: never.
+        critic_only: First updates in which the policy stays and only the value learns.
+        hidden: Units of the hidden layers, of policy and value alike.
+    """
+
+    agent_steps: int = 500_000
+    learning_rate: float = 3e-4
+    n_steps: int = 50
+    batch_size: int = 400
+    n_epochs: int = 5
+    gamma: float = 0.99
+    gae_lambda: float = 0.95
+    clip_range: float = 0.2
+    ent_coef: float = 0.003
+    vf_coef: float = 0.5
+    max_grad_norm: float = 0.5
+    target_kl: float = 0.02
+    critic_only: int = 0
+    hidden: tuple[int, ...] = (64, 64)
+
+    def __post_init__(self) -> None:
+        """Reject values that cannot mean anything."""
+        for name in ("n_steps", "batch_size", "n_epochs"):
+            require(getattr(self, name) >= 1, f"ppo.{name}", ">= 1", getattr(self, name))
+        for name in ("learning_rate", "clip_range", "max_grad_norm"):
+            require(getattr(self, name) > 0.0, f"ppo.{name}", "> 0", getattr(self, name))
+        for name in ("agent_steps", "ent_coef", "vf_coef", "target_kl", "critic_only"):
+            require(getattr(self, name) >= 0, f"ppo.{name}", ">= 0", getattr(self, name))
+        for name in ("gamma", "gae_lambda"):
+            require(0.0 <= getattr(self, name) <= 1.0, f"ppo.{name}", "in [0, 1]", getattr(self, name))
+        require(min(self.hidden, default=0) >= 1, "ppo.hidden", "one or more layers of >= 1", self.hidden)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NormConfig:
+    """Running normalisation, saved with every checkpoint.
+
+    Attributes:
+        observations: By mean and variance of what is shown.
+        reward: By the deviation of the discounted return.
+        clip: Largest normalised number.
+    """
+
+    observations: bool = True
+    reward: bool = True
+    clip: float = 10.0
+
+    def __post_init__(self) -> None:
+        """Reject values that cannot mean anything."""
+        require(self.clip > 0.0, "norm.clip", "> 0", self.clip)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImitationConfig:
+    """Start from a scripted policy: it says what it would do, the network learns to say the same.
+
+    In the first round the scripted policy drives, afterwards the network, with a chance of ``expert_share``
+    that an environment is driven by the script for a step (DAgger). Values learn the returns.
+
+    Attributes:
+        policy: Scripted policy, e.g. active or random; empty: start from nothing.
+        rounds: Rounds of collecting and fitting.
+        agent_steps: Collected in each round.
+        epochs: Passes over all that was collected, after each round.
+        batch_size: Agent-steps of a gradient step.
+        learning_rate: Of Adam.
+        expert_share: Chance that the script drives after the first round.
+    """
+
+    policy: str = ""
+    rounds: int = 4
+    agent_steps: int = 16_000
+    epochs: int = 6
+    batch_size: int = 256
+    learning_rate: float = 1e-3
+    expert_share: float = 0.2
+
+    def __post_init__(self) -> None:
+        """Reject values that cannot mean anything."""
+        for name in ("rounds", "agent_steps", "epochs", "batch_size"):
+            require(getattr(self, name) >= 1, f"imitation.{name}", ">= 1", getattr(self, name))
+        require(self.learning_rate > 0.0, "imitation.learning_rate", "> 0", self.learning_rate)
+        require(0.0 <= self.expert_share <= 1.0, "imitation.expert_share", "in [0, 1]", self.expert_share)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SelectionConfig:
+    """Which checkpoint is the best: mapped share on worlds that are neither trained on nor reported.
+
+    Attributes:
+        every: Agent-steps between evaluations; 0: only at the end.
+        trials: Worlds, the same each time and for the scripted policies.
+        seed: Root of their seeds.
+        policies: Scripted policies whose scores stand in the learning curve.
+    """
+
+    every: int = 20_000
+    trials: int = 20
+    seed: int = 1
+    policies: tuple[str, ...] = ("active", "random")
+
+    def __post_init__(self) -> None:
+        """Reject values that cannot mean anything, and the worlds that results are reported on."""
+        require(self.every >= 0, "selection.every", ">= 0", self.every)
+        require(self.trials >= 1, "selection.trials", ">= 1", self.trials)
+        rule = f">= 0 and not {HELD_OUT_SEED}, the root of the held-out worlds"
+        require(self.seed >= 0 and self.seed != HELD_OUT_SEED, "selection.seed", rule, self.seed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrainConfig:
+    """Train a policy with shared parameters: PPO, after imitating a scripted policy if asked to.
+
+    Results in OUT: checkpoints/best and last (model, normalisation, policy.npz for
+    --policy ppo:path=FILE), curve.parquet, curve.png, config.yaml, versions.json, tensorboard/.
+
+    Attributes:
+        seed: Root of all chance.
+        out: Folder of the results.
+        overwrite: Replace a run that is there.
+        resume: Continue the run in OUT; settings that shape what is learned must stay.
+        config: YAML file with these settings; what else is on the command line wins.
+    """
+
+    envs: EnvsConfig = field(default_factory=EnvsConfig)
+    ppo: PpoConfig = field(default_factory=PpoConfig)
+    norm: NormConfig = field(default_factory=NormConfig)
+    imitation: ImitationConfig = field(default_factory=ImitationConfig)
+    selection: SelectionConfig = field(default_factory=SelectionConfig)
+    seed: int = 0
+    out: Path = Path("results/train")
+    overwrite: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    resume: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    config: Path | None = None
+
+    def __post_init__(self) -> None:
+        """Reject what contradicts itself."""
+        require(self.seed >= 0, "seed", ">= 0", self.seed)
+        require(not (self.resume and self.overwrite), "resume", "given without overwrite", True)
+        teaches = bool(self.imitation.policy)
+        require(
+            teaches or self.ppo.agent_steps > 0,
+            "ppo.agent_steps",
+            "> 0 where imitation.policy is empty: there is nothing to learn",
+            self.ppo.agent_steps,
+        )
+        rule = "0 where imitation.policy is empty: an untrained policy has no value to learn first"
+        require(teaches or self.ppo.critic_only == 0, "ppo.critic_only", rule, self.ppo.critic_only)

@@ -1,0 +1,117 @@
+"""Settings of a training run from a YAML file and the command line, and their record."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any, get_type_hints
+
+import tyro
+import yaml
+
+from train._config import TrainConfig
+from wifipgo.errors import UnknownNameError, require
+from wifipgo.settings import fitted
+
+# What may change when a run is continued; ``ppo.agent_steps`` says how far to go.
+_FREE = {"out", "overwrite", "resume", "config", "ppo.agent_steps", "envs.n_workers"}
+_FREE |= {"selection.every", "selection.trials", "selection.policies", "selection.seed"}
+_KEY = "key"
+_HERE = ("out", "overwrite", "resume", "config")
+
+
+def parsed(args: Sequence[str] | None = None, *, prog: str = "python -m train.ppo") -> TrainConfig:
+    """Read the command line; a YAML file stands in for the defaults.
+
+    Raises:
+        ValueError: A key or value that is refused; the message names the file.
+        OSError: The file cannot be read.
+        SystemExit: The command line is not understood, or asks for help.
+    """
+    config = tyro.cli(TrainConfig, prog=prog, args=args)
+    if config.config is None:
+        return config
+    return tyro.cli(TrainConfig, prog=prog, args=args, default=read_yaml(config.config))
+
+
+def read_yaml(path: Path) -> TrainConfig:
+    """Settings in a file; what it does not name has its default.
+
+    Raises:
+        ValueError: It is not YAML, names a key that does not exist, or a value is refused.
+        OSError: It cannot be read.
+    """
+    try:
+        values = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
+    except (yaml.YAMLError, UnicodeDecodeError) as problem:
+        raise ValueError(f"{path} is not YAML: {problem}") from problem
+    require(isinstance(values, Mapping), str(path), "keys and values", values)
+    try:
+        return _filled(TrainConfig(), values, "")
+    except UnknownNameError as problem:
+        if problem.kind != _KEY:
+            raise ValueError(f"{path}: {problem}") from problem
+        raise UnknownNameError(f"key in {path}:", problem.name, problem.known) from problem
+    except ValueError as problem:
+        raise ValueError(f"{path}: {problem}") from problem
+
+
+def _filled(default: Any, values: Mapping[str, Any], where: str) -> Any:
+    """Copy of a dataclass with the values of a file; tables fill its parts."""
+    kinds = get_type_hints(type(default))
+    known = [f.name for f in fields(default) if where or f.name not in _HERE]
+    new: dict[str, Any] = {}
+    for key, value in values.items():
+        if key not in known:
+            raise UnknownNameError(_KEY, f"{where}{key}", [f"{where}{name}" for name in known])
+        part = getattr(default, key)
+        if is_dataclass(part):
+            require(isinstance(value, Mapping), key, "a table of keys and values", value)
+            new[key] = _filled(part, value, f"{where}{key}.")
+        else:
+            new[key] = fitted(_number(value, kinds[key]), kinds[key], f"{where}{key}")
+    return replace(default, **new)
+
+
+def _number(value: Any, kind: Any) -> Any:
+    """YAML reads 3e-4 as a string, because it has no point."""
+    if kind is float and isinstance(value, str):
+        try:
+            return float(value)
+        except ValueError:
+            return value
+    return value
+
+
+def record_of(config: TrainConfig) -> dict[str, Any]:
+    """All settings that a file may hold, as plain values."""
+    values = asdict(config)
+    return _plain({name: value for name, value in values.items() if name not in _HERE})
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _plain(inner) for key, inner in value.items()}
+    return list(value) if isinstance(value, tuple) else value
+
+
+def changed_fields(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
+    """Settings in which two records differ although they shape what is learned, with both values."""
+    flat_there, flat_here = _flat(there), _flat(here)
+    names = sorted((flat_there.keys() | flat_here.keys()) - _FREE)
+    return [
+        f"{name} ({flat_there.get(name)!r} there, {flat_here.get(name)!r} now)"
+        for name in names
+        if flat_there.get(name) != flat_here.get(name)
+    ]
+
+
+def _flat(values: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+    out: dict[str, Any] = {}
+    for key, value in values.items():
+        out |= _flat(value, f"{above}{key}.") if isinstance(value, Mapping) else {f"{above}{key}": value}
+    return out
+
+
+def command_of(config: TrainConfig) -> str:
+    """Command line that runs a configuration again, from the record that the run keeps."""
+    return f"python -m train.ppo --config {config.out / 'config.yaml'} --out OTHER"

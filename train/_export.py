@@ -1,0 +1,47 @@
+"""A trained model as a small file that needs no torch: `baselines._network.Network`."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import VecNormalize
+from torch import nn
+
+from baselines._network import Layer, Network, layout_of, plain
+from train._rays_policy import RaysNets
+from wifipgo.scenarios import Scenario
+
+
+def exported(
+    model: PPO, norm: VecNormalize, scenario: Scenario, *, interface: str, origin: Mapping[str, Any]
+) -> Network:
+    """Weights of the actor and the statistics that its input is normalised by."""
+    n_shown = (norm.observation_space.shape or (0,))[0]
+    mean, variance, clip = np.zeros(n_shown), np.ones(n_shown), np.inf
+    if norm.norm_obs:
+        found: Any = norm.obs_rms
+        mean, variance, clip = found.mean.copy(), found.var.copy(), norm.clip_obs
+    return Network(
+        interface=interface,
+        nets=_nets(model),
+        mean=mean.astype(np.float32),
+        variance=variance.astype(np.float32),
+        clip=float(min(clip, 1e9)),
+        layout=layout_of(scenario),
+        scenario=plain(scenario),
+        origin=dict(origin),
+    )
+
+
+def _nets(model: PPO) -> dict[str, list[Layer]]:
+    nets: Any = model.policy.mlp_extractor
+    if isinstance(nets, RaysNets):
+        return {"ray": layers_of(nets.ray), "whole": layers_of(nets.whole)}
+    return {"action": layers_of([*nets.policy_net, model.policy.action_net])}
+
+
+def layers_of(net: Iterable[nn.Module]) -> list[Layer]:
+    """Affine maps of a perceptron, in order."""
+    maps = [module for module in net if isinstance(module, nn.Linear)]
+    return [Layer(m.weight.detach().numpy().copy(), m.bias.detach().numpy().copy()) for m in maps]

@@ -1,0 +1,160 @@
+"""A start from a scripted policy: it says what it would do, the network learns to say the same (DAgger).
+
+Ross, Gordon and Bagnell, "A reduction of imitation learning and structured prediction to no-regret online
+learning", 2011: from the second round on the network drives, so that it learns what to do where *it* gets.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float, Shaped
+from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import VecNormalize
+from torch.nn.functional import mse_loss
+
+from baselines.policies import Policy, make_policy
+from train._config import ImitationConfig, TrainConfig
+from train._rollouts import rounded_up, scenarios_of, translated_of
+
+_STREAM = 0xDA6
+_VALUE_WEIGHT = 0.25
+
+
+class Lessons(NamedTuple):
+    """What was seen, what the script would have done, and what came of it."""
+
+    shown: Float[np.ndarray, "rows shown"]
+    answers: Shaped[np.ndarray, "rows ..."]
+    returns: Float[np.ndarray, " rows"]
+
+
+def imitate(model: PPO, norm: VecNormalize, config: TrainConfig, *, on_step: Callable[[int], None]) -> int:
+    """Teach a model what a scripted policy does.
+
+    Args:
+        model: Is changed.
+        norm: Environments; their statistics are collected on the way.
+        config: Settings.
+        on_step: Called with the agent-steps of each iteration.
+
+    Returns:
+        Agent-steps played.
+    """
+    cfg = config.imitation
+    rng = np.random.default_rng(np.random.SeedSequence(config.seed, spawn_key=(_STREAM,)))
+    team = _Scripts(norm, config)
+    optimizer = torch.optim.Adam(model.policy.parameters(), lr=cfg.learning_rate)
+    lessons: list[Lessons] = []
+    n_steps = rounded_up(cfg.agent_steps, norm.num_envs, scenarios_of(config)[0].n_steps)
+    shown = norm.reset()
+    for k in range(cfg.rounds):
+        share = cfg.expert_share if k else 1.0
+        shown, found = _collected(
+            model, norm, team, np.asarray(shown), n_steps=n_steps, share=share, rng=rng, on_step=on_step
+        )
+        lessons.append(found)
+        _fit(model, norm, lessons, cfg=cfg, optimizer=optimizer, rng=rng)
+    return cfg.rounds * n_steps * norm.num_envs
+
+
+class _Scripts:
+    """A scripted policy for each environment, told when its episode ends."""
+
+    def __init__(self, norm: VecNormalize, config: TrainConfig) -> None:
+        scenarios = scenarios_of(config)
+        spec, n = config.imitation.policy, config.envs.n_envs
+        self._policies: list[Policy] = [make_policy(spec, scenarios[k % len(scenarios)]) for k in range(n)]
+        self.n_teams, self._episodes = n, [0] * n
+        self._translated, self._n_agents = translated_of(norm), norm.num_envs // n
+        self._seed = config.seed
+        for k in range(n):
+            self._begin(k)
+
+    def answers(self) -> np.ndarray:
+        """What the scripts would do now, as answers of a network."""
+        names = [f"robot_{i}" for i in range(self._n_agents)]
+        actions = []
+        for k, policy in enumerate(self._policies):
+            rows = self._translated.rows[k * self._n_agents : (k + 1) * self._n_agents]
+            actions += list(policy.act(dict(zip(names, rows, strict=True))).values())
+        return self._translated.interface.answers(np.stack(actions))
+
+    def ended(self, dones: np.ndarray) -> None:
+        """Some rows' episodes are over."""
+        for k in np.flatnonzero(dones[:: self._n_agents]).tolist():
+            self._episodes[k] += 1
+            self._begin(k)
+
+    def _begin(self, k: int) -> None:
+        self._policies[k].reset(self._seed + k, self._episodes[k])
+
+
+def _collected(
+    model: PPO,
+    norm: VecNormalize,
+    scripts: _Scripts,
+    shown: np.ndarray,
+    *,
+    n_steps: int,
+    share: float,
+    rng: np.random.Generator,
+    on_step: Callable[[int], None],
+) -> tuple[np.ndarray, Lessons]:
+    """Play some iterations; in each environment the script drives with a chance of ``share``.
+
+    Returns:
+        What the network is shown next, and the lessons.
+    """
+    seen, said, rewards, ends = [], [], [], []
+    for _ in range(n_steps):
+        right = scripts.answers()
+        own, _ = model.predict(shown, deterministic=False)
+        by_script = np.repeat(rng.random(scripts.n_teams) < share, norm.num_envs // scripts.n_teams)
+        seen.append(np.asarray(norm.get_original_obs()))
+        said.append(right)
+        new, _, dones, _ = norm.step(np.where(by_script[:, None], right, own))
+        shown = np.asarray(new)
+        rewards.append(norm.get_original_reward())
+        ends.append(dones)
+        scripts.ended(dones)
+        on_step(norm.num_envs)
+    returns = _returns(np.stack(rewards), np.stack(ends), model.gamma)
+    return shown, Lessons(np.concatenate(seen), np.concatenate(said), returns.ravel())
+
+
+def _returns(
+    rewards: Float[np.ndarray, "steps rows"], ends: Bool[np.ndarray, "steps rows"], gamma: float
+) -> Float[np.ndarray, "steps rows"]:
+    """Discounted sum of what follows until the end of the episode."""
+    out = np.zeros_like(rewards)
+    ahead = np.zeros(rewards.shape[1], dtype=rewards.dtype)
+    for k in range(len(rewards) - 1, -1, -1):
+        ahead = out[k] = rewards[k] + gamma * np.where(ends[k], 0.0, ahead)
+    return out
+
+
+def _fit(
+    model: PPO,
+    norm: VecNormalize,
+    lessons: Sequence[Lessons],
+    *,
+    cfg: ImitationConfig,
+    optimizer: torch.optim.Optimizer,
+    rng: np.random.Generator,
+) -> None:
+    """Passes over all lessons: likelihood of what the script said, squared error of the value."""
+    shown, answers, returns = (np.concatenate(column) for column in zip(*lessons, strict=True))
+    x = torch.as_tensor(norm.normalize_obs(shown))
+    said, worth = torch.as_tensor(answers), torch.as_tensor(norm.normalize_reward(returns))
+    model.policy.set_training_mode(True)
+    for _ in range(cfg.epochs):
+        for batch in np.array_split(rng.permutation(len(x)), max(len(x) // cfg.batch_size, 1)):
+            values, likelihood, _ = model.policy.evaluate_actions(x[batch], said[batch])
+            loss = _VALUE_WEIGHT * mse_loss(values[:, 0], worth[batch]) - likelihood.mean()
+            optimizer.zero_grad()
+            loss.backward()  # type: ignore[no-untyped-call]
+            torch.nn.utils.clip_grad_norm_(model.policy.parameters(), 1.0)
+            optimizer.step()
+    model.policy.set_training_mode(False)

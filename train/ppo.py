@@ -1,0 +1,245 @@
+"""Train a policy with shared parameters: ``python -m train.ppo --config train/configs/paper-sim-2.yaml``."""
+
+import os
+import shutil
+import sys
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import torch
+import yaml
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from stable_baselines3 import PPO
+from stable_baselines3.common.logger import configure
+from stable_baselines3.common.vec_env import VecNormalize
+
+from baselines._report import say
+from baselines._results import write_json
+from baselines.policies import make_policy
+from train._checkpoints import Checkpoints, State
+from train._config import TrainConfig
+from train._config_files import changed_fields, command_of, parsed, record_of
+from train._export import exported
+from train._imitation import imitate
+from train._progress import Between
+from train._rays_policy import RaysPolicy
+from train._rollouts import environments, scenarios_of, translated_of
+from train._selection import Curve
+from train._versions import versions
+from wifipgo.errors import require
+from wifipgo.scenarios import Scenario
+
+__all__ = ["Run", "main", "train"]
+
+# Each time a run is continued, its worlds follow another root.
+_RESUMED = 7_919
+
+
+def train(config: TrainConfig, *, console: Console | None = None) -> "Run":
+    """Train, or continue, and leave checkpoints, curve and settings in ``config.out``.
+
+    Call it under ``if __name__ == "__main__":`` where environments have workers.
+
+    Raises:
+        ValueError: A setting that is refused, or a checkpoint that does not fit; nothing was changed.
+        OSError: A folder that cannot be written.
+    """
+    torch.set_num_threads(1)  # small networks: more threads cost more than they bring, and order sums anew
+    run = Run(config, console or Console(quiet=True))
+    try:
+        run.go()
+    finally:
+        run.norm.close()
+    return run
+
+
+class Run:
+    """One training: model, environments, checkpoints and where it stands."""
+
+    def __init__(self, config: TrainConfig, console: Console) -> None:
+        """Claim the folder, make the environments, take up the last checkpoint if there is one to."""
+        self.config, self._console = config, console
+        self.scenario = scenarios_of(config)[0]
+        self.checkpoints = Checkpoints(config.out)
+        _check(config, self.scenario)
+        if config.resume:
+            self.checkpoints.check(self.scenario)
+        _claim(config, self.checkpoints)
+        self.norm = environments(config, config.seed)
+        self.state = State()
+        if config.resume:
+            self.norm = self.checkpoints.statistics(translated_of(self.norm))
+        self.model = _model(config, self.norm)
+        if config.resume:
+            self.state = self.checkpoints.restore(self.model)
+            self.model.num_timesteps = self.state.agent_steps
+            self.norm.seed(config.seed + _RESUMED * (self.state.agent_steps + self.state.imitated))
+        self.model.set_logger(configure(str(config.out / "tensorboard"), ["tensorboard"]))
+
+    def go(self) -> None:
+        """Imitate if asked to, then PPO; evaluate on the way and at the end."""
+        config = self.config
+        say(self._console, f"{self.scenario.name}, seed {config.seed}: results in {config.out}")
+        self.curve = Curve(config.out, self.scenario, config.selection, _table(config))
+        with _bar(self._console) as progress:
+            if config.imitation.policy and not self.state.imitated:
+                self._imitate(progress)
+            if self.state.agent_steps < config.ppo.agent_steps:
+                self._improve(progress)
+        say(self._console, f"best mean mapped share on the worlds of the selection: {self.curve.best:.3f}")
+        best = self.checkpoints.path("best") / "policy.npz"
+        say(self._console, f"run it: python -m baselines.evaluate --policies active,ppo:path={best}")
+
+    def evaluated(self, updates: int) -> float:
+        """Score of the model as it is; saves it, as the best if it is."""
+        state = State(agent_steps=self.model.num_timesteps, imitated=self.state.imitated, updates=updates)
+        self.state = state
+        network = exported(
+            self.model,
+            self.norm,
+            self.scenario,
+            interface=self.config.envs.interface,
+            origin={
+                "command": command_of(self.config),
+                "settings": record_of(self.config),
+                "agent_steps": state.agent_steps,
+                "imitated": state.imitated,
+                "versions": versions(),
+            },
+        )
+        best = self.curve.best
+        score = self.curve.evaluated(network, state.imitated + state.agent_steps)
+        self.checkpoints.save(self.model, self.norm, network, state, best=score > best)
+        say(self._console, f"{state.imitated + state.agent_steps:>9} agent-steps: mapped share {score:.3f}")
+        return score
+
+    def _imitate(self, progress: Progress) -> None:
+        cfg = self.config.imitation
+        task = progress.add_task(f"imitating {cfg.policy}", total=cfg.rounds * cfg.agent_steps)
+        steps = imitate(self.model, self.norm, self.config, on_step=partial(progress.advance, task))
+        self.state = State(imitated=steps)
+        self.evaluated(0)
+
+    def _improve(self, progress: Progress) -> None:
+        total, done = self.config.ppo.agent_steps, self.state.agent_steps
+        task = progress.add_task("PPO", total=total, completed=done)
+        between = Between(
+            self.config, updates=self.state.updates, progress=progress, task=task, evaluate=self.evaluated
+        )
+        self.model.learn(total - done, callback=between, reset_num_timesteps=done == 0)
+        self.evaluated(between.updates)
+
+
+def _model(config: TrainConfig, norm: VecNormalize) -> PPO:
+    """PPO with the network of the interface, its weights drawn from the seed."""
+    cfg, hidden = config.ppo, list(config.ppo.hidden)
+    rays = config.envs.interface == "rays"
+    plain = {"net_arch": {"pi": hidden, "vf": hidden}, "activation_fn": torch.nn.Tanh, "log_std_init": -0.5}
+    return PPO(
+        RaysPolicy if rays else "MlpPolicy",
+        norm,
+        learning_rate=partial(_rate, cfg.learning_rate),
+        n_steps=cfg.n_steps,
+        batch_size=cfg.batch_size,
+        n_epochs=cfg.n_epochs,
+        gamma=cfg.gamma,
+        gae_lambda=cfg.gae_lambda,
+        clip_range=cfg.clip_range,
+        ent_coef=cfg.ent_coef,
+        vf_coef=cfg.vf_coef,
+        max_grad_norm=cfg.max_grad_norm,
+        target_kl=cfg.target_kl or None,
+        policy_kwargs={"hidden": hidden} if rays else plain,
+        seed=config.seed,
+        device="cpu",
+    )
+
+
+def _rate(first: float, left: float | int) -> float:
+    """Learning rate by the share of the training that is left: down to a tenth in a straight line."""
+    return first * (0.1 + 0.9 * min(max(left, 0.0), 1.0))
+
+
+def _check(config: TrainConfig, scenario: Scenario) -> None:
+    """Refuse, before anything runs or is written, what could not run.
+
+    Raises:
+        ValueError: A scripted policy that does not exist, or batches that do not divide what is collected.
+    """
+    for spec in (*config.selection.policies, config.imitation.policy):
+        if spec:
+            make_policy(spec, scenario)
+    rows, n_steps = config.envs.n_envs * scenario.n_robots, config.ppo.n_steps
+    rule = f"a divisor of {rows * n_steps}, what {rows} agents collect in ppo.n_steps={n_steps}"
+    require(rows * n_steps % config.ppo.batch_size == 0, "ppo.batch_size", rule, config.ppo.batch_size)
+
+
+def _claim(config: TrainConfig, checkpoints: Checkpoints) -> None:
+    """Make the folder and write the settings down, or see that a run there may be continued.
+
+    Raises:
+        ValueError: There is a run and no leave to replace or continue it, or the settings are others.
+        OSError: The folder cannot be written.
+    """
+    out, record = config.out, record_of(config)
+    if config.resume:
+        checkpoints.path()
+        there = yaml.safe_load((out / "config.yaml").read_text(encoding="utf-8"))
+        changed = changed_fields(there, record)
+        require(not changed, "resume", f"given with the settings of {out / 'config.yaml'}", changed[:3])
+    elif out.exists() and any(out.iterdir()):
+        ours = (out / "config.yaml").is_file()
+        rule = "new or empty (--resume continues a run, --overwrite replaces it)"
+        require(config.overwrite and ours, "out", rule, str(out))
+        shutil.rmtree(out)
+    out.mkdir(parents=True, exist_ok=True)
+    write_yaml(out / "config.yaml", record)
+    write_json(out / "versions.json", versions())
+
+
+def write_yaml(path: Path, values: Mapping[str, Any]) -> None:
+    """Write a file that is there whole or not at all."""
+    unfinished = path.with_suffix(".tmp")
+    unfinished.write_text(yaml.safe_dump(dict(values), sort_keys=False), encoding="utf-8")
+    os.replace(unfinished, path)
+
+
+def _table(config: TrainConfig) -> pd.DataFrame | None:
+    """Scores of a run that is continued, on the same worlds."""
+    path = config.out / "curve.parquet"
+    if not config.resume or not path.is_file():
+        return None
+    table = pd.read_parquet(path)
+    there = yaml.safe_load((config.out / "config.yaml").read_text(encoding="utf-8"))["selection"]
+    same = there["seed"] == config.selection.seed and table["trial"].max() + 1 == config.selection.trials
+    return table if same else None
+
+
+def _bar(console: Console) -> Progress:
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    return Progress(*columns, console=Console(stderr=True, quiet=console.quiet))
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run from the command line; 0 done, 2 refused, 130 interrupted."""
+    console, errors = Console(), Console(stderr=True)
+    try:
+        train(parsed(args), console=console)
+    except OSError as failure:
+        say(errors, f"error: {failure.filename or 'system'}: {failure.strerror or failure}")
+        return 2
+    except ValueError as failure:
+        say(errors, f"error: {failure}")
+        return 2
+    except KeyboardInterrupt:
+        say(errors, "interrupted; the last checkpoint is kept: the same command with --resume continues")
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
