@@ -48,12 +48,14 @@ class Paired:
 
     Attributes:
         n_pairs: Trials.
+        score_difference: Mean of its ``mapped_share`` less the reference's.
         err_ratio: Its mean ``err_last10`` over the reference's.
         ate_trans_difference: Mean of its ``ate_trans`` less the reference's, m^2.
         ate_rot_difference: Mean of its ``ate_rot`` less the reference's.
     """
 
     n_pairs: int
+    score_difference: Estimate
     err_ratio: Estimate
     ate_trans_difference: Estimate
     ate_rot_difference: Estimate
@@ -159,6 +161,7 @@ def _paired(other: pd.DataFrame, reference: pd.DataFrame) -> Paired:
 
     return Paired(
         n_pairs=len(reference),
+        score_difference=_mean(less("mapped_share")),
         err_ratio=bootstrap(both("err_last10"), ratio_of_means),
         ate_trans_difference=_mean(less("ate_trans")),
         ate_rot_difference=_mean(less("ate_rot")),
