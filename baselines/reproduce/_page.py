@@ -12,6 +12,7 @@ Each claim has one figure of ours, its 95 % bootstrap interval over paired seeds
 that is fixed in the code (`baselines/reproduce/_rules.py`). **Headline** rows make the verdict. *Beside* them
 stand rows that do not: other methods, and the strong walker that optimises at every step. *Sensitivity*
 rows change one number that is ours and not the paper's, all else as it was."""
+BEGIN, END = "<!-- claims: written by baselines.reproduce -->", "<!-- end of claims -->"
 _ROLES = {HEADLINE: "**headline**", BESIDE: "beside", SENSITIVITY: "sensitivity"}
 _VERDICTS = {"reproduced": "**reproduced**", "partly": "partly", "not": "**not**"}
 
@@ -36,6 +37,23 @@ def summary(figures: Mapping[str, Any]) -> str:
         for name, claim in ((claim["name"], claim) for of in figures.values() for claim in of["claims"])
     ]
     return _table(["", "claim", "ours, with 95 % interval", "verdict"], rows)
+
+
+def with_summary(text: str, figures: Mapping[str, Any]) -> str:
+    """A text with the summary between its marks; as it was if it has none."""
+    before, begin, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    return f"{before}{begin}\n\n{brief(figures)}\n\n{end}{after}" if begin and end else text
+
+
+def brief(figures: Mapping[str, Any]) -> str:
+    """One short line for each claim."""
+    claims = [claim for of in figures.values() for claim in of["claims"]]
+    rows = [
+        [claim["claim"], _headlines(claim), _VERDICTS.get(claim["verdict"], claim["verdict"])]
+        for claim in claims
+    ]
+    return _table(["claim", "ours, with 95 % interval", "verdict"], rows)
 
 
 def _about(run: Mapping[str, Any]) -> str:

@@ -22,7 +22,7 @@ from baselines.reproduce import _folder
 from baselines.reproduce._config import ReproduceConfig
 from baselines.reproduce._figures import FIGURES, chosen
 from baselines.reproduce._folder import done
-from baselines.reproduce._page import page
+from baselines.reproduce._page import page, with_summary
 from baselines.reproduce._runs import TRIALS, Setting
 
 
@@ -115,6 +115,11 @@ def _document(whole: Mapping[str, Any], out: Path, docs: Path) -> None:
     merged = {"figures": {name: figures[name] for name in FIGURES if name in figures}}
     write_json(docs / _folder.CLAIMS, merged)
     (docs / _folder.PAGE).write_text(page(merged, documented_picture), encoding="utf-8")
+    readme = docs.resolve().parent / "README.md"
+    if readme.is_file():
+        readme.write_text(
+            with_summary(readme.read_text(encoding="utf-8"), merged["figures"]), encoding="utf-8"
+        )
 
 
 def _read(path: Path) -> dict[str, Any]:
