@@ -40,8 +40,9 @@ def claim(out: Path, record: Mapping[str, Any], *, resume: bool, overwrite: bool
         else:
             require(resume, "out", "new or empty (--resume goes on, --overwrite starts over)", str(out))
             _refuse_other(there, record, out)
-    (out / EPISODES).mkdir(parents=True, exist_ok=True)
+    out.mkdir(parents=True, exist_ok=True)
     write_json(out / CONFIG, {"kind": _KIND, **record})
+    (out / EPISODES).mkdir(exist_ok=True)
 
 
 def _record(out: Path) -> dict[str, Any]:
