@@ -13,6 +13,11 @@ def persistent(scenario: Scenario, *, wobble_rad: float = 0.3) -> Policy:
     return Walkers(scenario, Persistent(scenario, wobble_rad=wobble_rad))
 
 
+def persistent_active(scenario: Scenario, *, err_threshold: float = 1.0, wobble_rad: float = 0.3) -> Policy:
+    """The paper's policy on a random walk that keeps its heading."""
+    return Callers(scenario, Persistent(scenario, wobble_rad=wobble_rad), err_above(err_threshold))
+
+
 def vision(scenario: Scenario, *, err_threshold: float = 1.0) -> Policy:
     """A lost robot goes to the nearest robot that its camera sees; in the dark it sees none."""
     return Walkers(scenario, ToSighted(scenario, Uniform(), err_above(err_threshold)))

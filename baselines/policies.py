@@ -36,6 +36,7 @@ POLICIES: Mapping[str, Callable[..., Policy]] = MappingProxyType(
         "oracle_bearing": OracleBearing,
         "periodic": _strategies.periodic,
         "persistent": _strategies.persistent,
+        "persistent_active": _strategies.persistent_active,
         "random": RandomRendezvous,
         "vision": _strategies.vision,
     }

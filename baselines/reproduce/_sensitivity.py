@@ -12,8 +12,6 @@ from wifipgo.scenarios import Scenario
 
 Change = dict[str, object]
 
-PERSISTENT = "walk=persistent"  # parameter of the policies that walk at random
-
 
 def variants(scenario: Scenario) -> dict[str, Change]:
     """Other values for a scenario's numbers, by what to call them."""
@@ -42,24 +40,12 @@ def sensitivity_runs(scenario: Scenario) -> dict[str, tuple[Run, Run]]:
         for label, change in variants(scenario).items()
         for other in (changed(scenario, **change),)
     }
-    if offers_persistent_walk():
-        walk = tuple(Run(scenario, f"{policy}:{PERSISTENT}") for policy in ("active", "random"))
-        pairs["persistent heading (ours: a new one each iteration)"] = (walk[0], walk[1])
+    walk = Run(scenario, "persistent_active"), Run(scenario, "persistent")
+    pairs["random walks keep their heading (ours: a new one each iteration)"] = walk
     if offers(estimator="every_step"):
         every = changed(scenario, estimator="every_step")
         pairs["optimised at every step (ours: at a rendezvous)"] = Run(every, "active"), Run(every, "random")
     return pairs
-
-
-def offers_persistent_walk() -> bool:
-    """Whether this version's random walks take a law."""
-    from baselines.policies import make_policy  # noqa: PLC0415 (policies load the environment)
-
-    try:
-        make_policy(f"random:{PERSISTENT}", changed("paper-hw-2"))
-    except ValueError:
-        return False
-    return True
 
 
 def sensitivity(

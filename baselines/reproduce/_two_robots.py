@@ -17,6 +17,7 @@ PAIRS = (
     ("active", "random", HEADLINE, ""),
     ("active", "random, every step", BESIDE, "; random optimises at every step"),
     ("active, every step", "random, every step", BESIDE, "; both optimise at every step"),
+    ("oracle bearing", "random", BESIDE, "; bearings of an oracle in place of the radio's"),
 )
 
 Played = dict[str, dict[str, list[Episode]]]
@@ -29,6 +30,7 @@ def runs() -> dict[str, dict[str, Run]]:
 
 def _policies(room: str) -> dict[str, Run]:
     found = {policy: Run(ROOMS[room], policy) for policy in ("active", "random")}
+    found["oracle bearing"] = Run(ROOMS[room], "oracle_bearing")
     if offers(estimator="every_step"):
         every = changed(ROOMS[room], estimator="every_step")
         found |= {f"{policy}, every step": Run(every, policy) for policy in ("random", "active")}

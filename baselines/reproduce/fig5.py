@@ -21,6 +21,7 @@ def runs() -> dict[str, Run]:
     if offers(estimator="every_step"):
         every = changed(SCENARIO, estimator="every_step")
         found |= {f"{policy}, every step": Run(every, policy) for policy in ("random", "active")}
+    found["oracle bearing"] = Run(SCENARIO, "oracle_bearing")
     if offers(aoa_factors=True):
         found["random, aoa_factors"] = Run(changed(SCENARIO, aoa_factors=True), "random")
     return found
@@ -92,6 +93,7 @@ def _ratio(episodes: dict[str, list[Episode]], setting: Setting) -> Claim:
     pairs = {
         "": ("active", "random", HEADLINE),
         ", random optimises at every step": ("active", "random, every step", BESIDE),
+        ", bearings of an oracle": ("oracle bearing", "random", BESIDE),
         ", both optimise at every step": ("active, every step", "random, every step", BESIDE),
     }
     found = [

@@ -45,7 +45,8 @@ def _draw_all(path: Path, rooms: Played) -> None:
 
 def _team(axes: Axes, of: dict[str, list[Episode]]) -> None:
     for label, episodes in of.items():
-        _draw.err_curve(axes, episodes, label)
+        if label in _draw.LOOKS:
+            _draw.err_curve(axes, episodes, label)
 
 
 def _each(axes: Axes, of: dict[str, list[Episode]]) -> None:
