@@ -16,7 +16,7 @@ Change = dict[str, object]
 def variants(scenario: Scenario) -> dict[str, Change]:
     """Other values for a scenario's numbers, by what to call them."""
     size_m, power_dbm = scenario.arena.size_m, scenario.radio.tx_power_dbm
-    sizes = (10.0, 40.0) if size_m <= 20.0 else (40.0, 100.0)
+    sizes = (14.0, 40.0) if size_m <= 20.0 else (40.0, 100.0)
     arenas: dict[str, Change] = {
         f"room {other:g} x {other:g}, power to match (ours {size_m:g})": {
             "size_m": other,
