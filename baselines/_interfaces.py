@@ -30,11 +30,13 @@ class Interface(Protocol):
     Attributes:
         n_shown: Numbers that the network is shown of each robot.
         n_choices: Options of each answer; empty where the answer is the action, a point in [-1, 1]^3.
+        reads: Pattern of the names of all blocks that it has to find as they were in training.
         scale: Lengths that it takes from the scenario; scenarios with others are translated otherwise.
     """
 
     n_shown: int
     n_choices: tuple[int, ...]
+    reads: str
     scale: tuple[float, ...]
 
     def shown(self, rows: Rows) -> Shown:
@@ -51,6 +53,7 @@ class Flat:
     """The observation as it is; the answer is the action."""
 
     n_choices: tuple[int, ...] = ()
+    reads = ".*"
     scale: tuple[float, ...] = ()
 
     def __init__(self, scenario: Scenario) -> None:

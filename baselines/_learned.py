@@ -20,7 +20,7 @@ class LearnedPolicy:
     """A trained network that drives every robot, each by its own observation.
 
     Args:
-        scenario: Has to have the layout that the network was trained on.
+        scenario: Has to observe what the network was trained on; `rays` takes any number of neighbours.
         path: File that training exported; without one, the policy that ships with the package.
         sample: Draw actions with the probabilities of the network, as in training; else take the best.
 
@@ -42,13 +42,17 @@ class LearnedPolicy:
         return policy
 
     def _prepare(self, network: Network, scenario: Scenario, *, where: str, sample: bool) -> None:
-        refuse_other_layout(network, scenario, where)
         self._interface = make_interface(network.interface, scenario)
+        refuse_other_layout(network, scenario, where, reads=self._interface.reads)
         require(
             len(network.mean) == self._interface.n_shown,
             f"numbers that {where} is shown",
             f"{self._interface.n_shown}, as the interface {network.interface!r} of this version has it",
             len(network.mean),
+        )
+        can_sample = bool(self._interface.n_choices) or not sample
+        require(
+            can_sample, "sample", f"False for the interface {network.interface!r}: it has no choices", sample
         )
         self._network, self._sample = network, sample
         self.reset(0)

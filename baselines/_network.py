@@ -7,10 +7,12 @@ without torch and without pickle.
 import io
 import json
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
+from zipfile import BadZipFile
 
 import numpy as np
 from jaxtyping import Float
@@ -95,8 +97,9 @@ def load_network(path: Path) -> Network:
         ValueError: It is not such a file; the message names it.
         OSError: It cannot be read.
     """
+    packed = path.read_bytes()
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with np.load(io.BytesIO(packed), allow_pickle=False) as file:
             arrays = dict(file)
         notes = json.loads(str(arrays.pop("notes")))
         mean, variance = arrays.pop("mean"), arrays.pop("variance")
@@ -104,7 +107,7 @@ def load_network(path: Path) -> Network:
         for key in sorted(key for key in arrays if key.endswith("/weight")):
             stem = key.removesuffix("/weight")
             nets.setdefault(key.split("/")[0], []).append(Layer(arrays[key], arrays[f"{stem}/bias"]))
-    except (ValueError, KeyError, EOFError, TypeError, AttributeError) as problem:
+    except (ValueError, KeyError, EOFError, TypeError, AttributeError, BadZipFile) as problem:
         raise ValueError(
             f"{path} is no trained policy (an .npz that training exports): {problem}"
         ) from problem
@@ -141,16 +144,24 @@ def plain(scenario: Scenario) -> dict[str, Any]:
     return dict(json.loads(json.dumps(asdict(scenario))))
 
 
-def refuse_other_layout(network: Network, scenario: Scenario, where: str) -> None:
+def refuse_other_layout(network: Network, scenario: Scenario, where: str, *, reads: str = ".*") -> None:
     """Raise unless a scenario's observations are those that the network was trained on.
+
+    Args:
+        network: Says which they were.
+        scenario: To be played.
+        where: What the network is called.
+        reads: Pattern of the names that count.
 
     Raises:
         ValueError: Names the first block that differs.
     """
-    here = layout_of(scenario)
-    if list(network.layout) == here:
+    there, now = (
+        {name: size for name, size in blocks if re.fullmatch(reads, name)}
+        for blocks in (network.layout, layout_of(scenario))
+    )
+    if list(there.items()) == list(now.items()):
         return
-    there, now = dict(network.layout), dict(here)
     names = [name for name in (there | now) if there.get(name) != now.get(name)]
     name = names[0] if names else "order of the blocks"
     what = f"{len(names)} blocks of the observation differ, the first is {name!r}: "

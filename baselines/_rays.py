@@ -40,9 +40,10 @@ class Rays:
     """Sixteen directions and a stop, times a call.
 
     Shown, in this order: `N_WHOLE` numbers of the robot, then `N_DIRECTION` blocks of one number for each
-    direction, counter-clockwise from ahead.
+    direction, counter-clockwise from ahead. Any number of neighbours will do: it heeds one at a time.
     """
 
+    reads = r"own/.*|lidar|survey|slot0/.*"
     n_shown = N_WHOLE + N_DIRECTION * N_LIDAR_RAYS
     n_choices: tuple[int, ...] = (N_LIDAR_RAYS + 1, 2)
 
@@ -52,6 +53,7 @@ class Rays:
         arena = scenario.arena
         # One step length for all: observations do not say which robot they are of.
         step_m = max(float(arena.steps_m(scenario.n_robots).mean()), 1e-6)
+        self._n_slots = scenario.n_slots
         self._steps_per_range = arena.lidar_range_m / step_m
         self._steps_per_room = arena.size_m / step_m
         self._seen_steps = scenario.sensing.sensor_range_m / step_m
@@ -88,8 +90,17 @@ class Rays:
         return rows[:, pick(self._fields, name, "block of the observation").where].astype(np.float64)
 
     def _slot(self, rows: Rows, name: str) -> np.ndarray:
-        """A block of the slot that is heard best."""
-        return self._block(rows, f"slot0/{name}")
+        """A block of one neighbour: one that calls, and of several the one that is heard best."""
+        slots = np.stack([self._block(rows, f"slot{k}/{name}") for k in range(self._n_slots)], axis=1)
+        if self._n_slots == 1:
+            return slots[:, 0]
+        heard = [
+            self._block(rows, f"slot{k}/{what}")
+            for what in ("calls_me", "present", "esnr")
+            for k in range(self._n_slots)
+        ]
+        calls, present, esnr = np.moveaxis(np.reshape(heard, (3, self._n_slots, -1)), 1, 2)
+        return slots[np.arange(len(rows)), (100.0 * calls + 10.0 * present + esnr).argmax(axis=1)]
 
     def _whole(self, rows: Rows, home_steps: np.ndarray) -> np.ndarray:
         """Numbers of the robot; errors on a scale that tells 0.5 from 1 and 5 from 10."""

@@ -5,6 +5,7 @@ from types import MappingProxyType
 from typing import Any
 
 from baselines import _strategies
+from baselines._learned import LearnedPolicy
 from baselines._oracle import Oracle, OracleBearing
 from baselines._specs import fitting, parameters_of, split_spec
 from baselines._team import Actions, ActiveRendezvous, Observations, Policy, RandomRendezvous
@@ -37,6 +38,7 @@ POLICIES: Mapping[str, Callable[..., Policy]] = MappingProxyType(
         "periodic": _strategies.periodic,
         "persistent": _strategies.persistent,
         "persistent_active": _strategies.persistent_active,
+        "ppo": LearnedPolicy,
         "random": RandomRendezvous,
         "vision": _strategies.vision,
     }

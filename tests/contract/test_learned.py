@@ -1,0 +1,146 @@
+"""A trained policy as a file: what it refuses, and that it has no favourite direction."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from baselines._learned import LearnedPolicy, shipped
+from baselines._network import Layer, Network, layout_of, load_network, perceptron, plain
+from baselines._rays import N_DIRECTION, STAY, Rays
+from baselines.evaluate import main
+from baselines.policies import make_policy
+from envs.rendezvous_v0 import parallel_env
+from wifipgo.scenarios import scenario_named
+
+
+def rows_of(scenario: str, seed: int, n_steps: int) -> np.ndarray:
+    """Observations in the middle of an episode."""
+    env = parallel_env(scenario)
+    policy = make_policy("random", env.scenario)
+    policy.reset(seed)
+    observations, _ = env.reset(seed=seed)
+    for _ in range(n_steps):
+        observations, *_ = env.step(policy.act(observations))
+    return np.stack(list(observations.values()))
+
+
+def flat_network(scenario: str) -> Network:
+    """One layer that answers with the first three numbers of the observation."""
+    sc = scenario_named(scenario)
+    n = sum(size for _, size in layout_of(sc))
+    return Network(
+        interface="flat",
+        nets={"action": [Layer(np.eye(3, n), np.zeros(3))]},
+        mean=np.zeros(n),
+        variance=np.ones(n),
+        clip=10.0,
+        layout=layout_of(sc),
+        scenario=plain(sc),
+    )
+
+
+def test_a_quarter_turn_of_the_body_turns_the_choice() -> None:
+    """The world turns by -90 degrees in the body frame: 4 of 16 rays, 18 of 72 profile bins."""
+    scenario, network = scenario_named("paper-sim-2"), shipped()
+    rows = rows_of("paper-sim-2", 5, 12)
+    field = {f.name: f.where for f in parallel_env(scenario).layout}
+    turned = rows.copy()
+    turned[:, field["lidar"]] = np.roll(rows[:, field["lidar"]], -4, axis=1)
+    turned[:, field["slot0/profile"]] = np.roll(rows[:, field["slot0/profile"]], -18, axis=1)
+    c, s = rows[:, field["own/heading"]].T
+    turned[:, field["own/heading"]] = np.stack([-s, c], axis=1)
+    c, s = rows[:, field["own/sighted_bearing"]].T
+    turned[:, field["own/sighted_bearing"]] = np.stack([s, -c], axis=1)
+    # Statistics that know no direction: those of ray 0 for all.
+    n = len(network.mean) - N_DIRECTION * STAY
+    even: dict[str, Any] = {
+        name: np.concatenate([getattr(network, name)[:n], np.repeat(getattr(network, name)[n::STAY], STAY)])
+        for name in ("mean", "variance")
+    }
+    network, rays = replace(network, **even), Rays(scenario)
+    before, after = network.scores(rays.shown(rows)), network.scores(rays.shown(turned))
+    np.testing.assert_allclose(after[:, :STAY], np.roll(before[:, :STAY], -4, axis=1), atol=1e-4)
+    np.testing.assert_allclose(after[:, STAY:], before[:, STAY:], atol=1e-4)
+
+
+def test_answers_and_commands_are_inverse_in_the_open() -> None:
+    rays, rows = Rays(scenario_named("paper-sim-2")), rows_of("paper-sim-2", 0, 0)
+    rows = np.repeat(rows[:1], 2 * (STAY + 1), axis=0)
+    lidar = next(f for f in parallel_env("paper-sim-2").layout if f.name == "lidar")
+    rows[:, lidar.where] = 1.0
+    answers = np.stack(np.meshgrid(np.arange(STAY + 1), [0, 1], indexing="ij"), -1).reshape(-1, 2)
+    np.testing.assert_array_equal(rays.answers(rays.commands(answers, rows)), answers)
+
+
+def test_nothing_is_new_outside_the_room() -> None:
+    """At the start in the middle of one's own survey, what lies ahead is new; beyond the walls nothing is."""
+    scenario = scenario_named("paper-sim-2", starts=((10.0, 10.0, 0.0), (2.0, 2.0, 0.0)))
+    env = parallel_env(scenario)
+    observations, _ = env.reset(seed=0)
+    shown = Rays(scenario).shown(np.stack(list(observations.values())))
+    new = shown[:, -N_DIRECTION * STAY :].reshape(2, N_DIRECTION, STAY)[:, 3:8]
+    at_6_m = new[0, 2]  # 3 steps of 2 m from the middle of the room: all directions are alike
+    assert np.ptp(at_6_m) < 0.25
+    assert at_6_m.min() > 0.7
+    corner = new[1, 4]  # 16 m from a corner: only the quadrant that faces the room
+    assert corner[0] > 0.5
+    np.testing.assert_array_equal(corner[5:12], 0.0)
+
+
+def test_a_file_is_what_was_saved(tmp_path: Path) -> None:
+    network = shipped()
+    network.save(tmp_path / "copy.npz")
+    shown = Rays(scenario_named("paper-sim-2")).shown(rows_of("paper-sim-2", 1, 3))
+    np.testing.assert_array_equal(load_network(tmp_path / "copy.npz").scores(shown), network.scores(shown))
+    assert [p.name for p in tmp_path.iterdir()] == ["copy.npz"]
+    assert (tmp_path / "copy.npz").stat().st_size < 300_000
+    assert {"command", "settings", "agent_steps", "versions"} <= network.origin.keys()
+
+
+def test_tanh_stands_between_layers_only() -> None:
+    layers = [Layer(np.full((1, 1), 2.0), np.array([0.5])), Layer(np.full((1, 1), 3.0), np.array([1.0]))]
+    np.testing.assert_allclose(perceptron(layers, np.array([[0.25]])), [[3.0 * np.tanh(1.0) + 1.0]])
+
+
+def test_sampled_actions_repeat_with_the_seed_and_differ_from_the_best() -> None:
+    env = parallel_env("paper-sim-2")
+    observations, _ = env.reset(seed=0)
+
+    def drawn(seed: int, sample: bool = True) -> np.ndarray:
+        policy = LearnedPolicy(env.scenario, sample=sample)
+        policy.reset(seed)
+        return np.stack([np.stack(list(policy.act(observations).values())) for _ in range(20)])
+
+    np.testing.assert_array_equal(drawn(1), drawn(1))
+    assert not np.array_equal(drawn(1), drawn(2))
+    assert not np.ptp(drawn(1, sample=False), axis=0).any()
+
+
+def test_a_network_of_another_layout_is_refused_by_block(tmp_path: Path) -> None:
+    path = tmp_path / "flat.npz"
+    flat_network("paper-sim-2").save(path)
+    assert make_policy(f"ppo:path={path}", scenario_named("paper-hw-2")).act({"robot_0": np.ones(368)})
+    with pytest.raises(ValueError, match=r"flat.npz was trained on 'paper-sim-2'.*'slot1/present': absent"):
+        make_policy(f"ppo:path={path}", scenario_named("paper-sim-50"))
+    with pytest.raises(ValueError, match="sample must be False for the interface 'flat'"):
+        make_policy(f"ppo:path={path}:sample=True", scenario_named("paper-sim-2"))
+    replace(shipped(), mean=np.zeros(3), variance=np.ones(3)).save(path)
+    with pytest.raises(ValueError, match=r"shown must be 213, .*, got 3"):
+        make_policy(f"ppo:path={path}", scenario_named("paper-sim-2"))
+
+
+@pytest.mark.parametrize("content", [None, b"", b"no archive", b"PK\x03\x04 a broken one"])
+def test_what_is_no_policy_is_refused_by_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], content: bytes | None
+) -> None:
+    path = tmp_path / "policy.npz"
+    if content is not None:
+        path.write_bytes(content)
+    code = main(["--policies", f"ppo:path={path}", "--out", str(tmp_path / "out")])
+    said = " ".join(capsys.readouterr().err.split())
+    assert code == 2
+    assert str(path) in said
+    assert not (tmp_path / "out").exists()
