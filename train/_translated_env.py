@@ -59,8 +59,8 @@ class TranslatedEnv(ParallelEnv[str, Any, Any]):
         agents = list(self._rows)
         answers = np.stack([actions[agent] for agent in agents])
         commands = self._interface.commands(answers, np.stack(list(self._rows.values())))
-        observations, *rest = self.env.step(dict(zip(agents, commands, strict=True)))
-        return self._shown(observations), *rest
+        outcome = self.env.step(dict(zip(agents, commands, strict=True)))
+        return self._shown(outcome[0]), *outcome[1:]
 
     def render(self) -> Any:
         """What the environment draws."""
