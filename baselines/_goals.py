@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from baselines._view import View
-from baselines._walks import step_towards
+from baselines._walks import ray_angles, safe_lengths, step_towards
 from wifipgo.scenarios import Scenario
 from wifipgo.se2 import wrap_angle
 from wifipgo.survey import N_BINS
@@ -13,6 +13,10 @@ from wifipgo.survey import N_BINS
 _LOYALTY_STEPS = 1.0
 # Each iteration spent on a goal makes it look this much farther: what cannot be reached is given up.
 _PATIENCE_STEPS = 0.25
+# Shorter steps than this gain nothing and cost an iteration.
+_LEAST_STEP = 0.3
+# Middles of the squares of the survey, in room sizes.
+MIDDLES = np.stack(np.meshgrid(*2 * [(np.arange(N_BINS) + 0.5) / N_BINS], indexing="ij"), -1).reshape(-1, 2)
 
 
 class Driver:
@@ -45,6 +49,40 @@ class Driver:
         return waypoint
 
 
+class BestView:
+    """Takes the whole step after which most of what the robot has not seen is in range.
+
+    Where no step shows anything new it nears the nearest square that is left: a greedy next best view
+    (after Gonzalez-Banos and Latombe 2002) with what is left as its way out of dead ends.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        """Learn the sizes of room, step and sight."""
+        self._step = scenario.arena.step_m / scenario.arena.size_m
+        self._sight = scenario.sensing.sensor_range_m / scenario.arena.size_m
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+    def step(
+        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: np.random.Generator
+    ) -> Float[np.ndarray, "robots 2"]:
+        """Waypoints along the rays that show most, as far as these are open."""
+        angle_rad, length = ray_angles(free_steps.shape[1]), safe_lengths(free_steps)
+        heading = view.own("heading")
+        world_rad = angle_rad[None] + np.arctan2(heading[:, 1], heading[:, 0])[:, None]
+        ahead = self._step * length[..., None] * np.stack([np.cos(world_rad), np.sin(world_rad)], axis=-1)
+        away = np.linalg.norm((view.own("position")[:, None] + ahead)[:, :, None] - MIDDLES, axis=-1)
+        wanted = candidates(view.survey)[:, None]
+        shown = wanted & (away <= self._sight)
+        rest = np.where(wanted & ~shown, away, np.inf).min(axis=2) / self._step
+        worth = shown.sum(axis=2) - np.where(np.isfinite(rest), rest, 0.0)
+        ray = np.where(length >= _LEAST_STEP, worth, -np.inf).argmax(axis=1)
+        rows = np.arange(len(ray))
+        body = np.stack([np.cos(angle_rad), np.sin(angle_rad)], axis=-1)[ray]
+        return length[rows, ray][:, None] * body
+
+
 class Frontier:
     """Goes to the nearest square of the room that the robot has not seen and was not told of."""
 
@@ -52,8 +90,6 @@ class Frontier:
         """Learn the size of room and step."""
         self._driver = Driver(scenario)
         self._steps_per_room = scenario.arena.size_m / scenario.arena.step_m
-        steps = (np.arange(N_BINS) + 0.5) / N_BINS
-        self._middle = np.stack(np.meshgrid(steps, steps, indexing="ij"), -1).reshape(-1, 2)
         self.reset()
 
     def reset(self) -> None:
@@ -68,16 +104,17 @@ class Frontier:
         survey, rows = view.survey, np.arange(len(view.rows))
         if not len(self._goal):
             self._tries, self._goal = np.zeros_like(survey), np.full(len(rows), -1)
-        gap = self._middle[None] - view.own("position")[:, None]
+        gap = MIDDLES[None] - view.own("position")[:, None]
         cost = self._steps_per_room * np.hypot(gap[..., 0], gap[..., 1]) + _PATIENCE_STEPS * self._tries
         cost[rows[self._goal >= 0], self._goal[self._goal >= 0]] -= _LOYALTY_STEPS
-        goal = np.where(self._candidates(survey), cost, np.inf).argmin(axis=1)
+        goal = np.where(candidates(survey), cost, np.inf).argmin(axis=1)
         self._tries[rows, goal] += 1.0
         self._goal = goal
-        return self._driver.towards(view, self._middle[goal], free_steps)
+        return self._driver.towards(view, MIDDLES[goal], free_steps)
 
-    @staticmethod
-    def _candidates(survey: Float[np.ndarray, "robots squares"]) -> Bool[np.ndarray, "robots squares"]:
-        unseen = survey <= 0.0
-        least = survey <= survey.min(axis=1, keepdims=True)
-        return np.where(unseen.any(axis=1, keepdims=True), unseen, least)
+
+def candidates(survey: Float[np.ndarray, "robots squares"]) -> Bool[np.ndarray, "robots squares"]:
+    """Squares worth a visit: those not seen, or those known least where all were."""
+    unseen = survey <= 0.0
+    least = survey <= survey.min(axis=1, keepdims=True)
+    return np.where(unseen.any(axis=1, keepdims=True), unseen, least)

@@ -1,6 +1,6 @@
 """Every scripted policy composed of a motion, a trigger and an answer; arguments are its parameters."""
 
-from baselines._goals import Frontier
+from baselines._goals import BestView, Frontier
 from baselines._motions import Convoy, HomeWhenLost, Persistent, ToPoint, ToSighted, Uniform
 from baselines._team import Callers, Policy, Walkers
 from baselines._triggers import err_above, not_met_for, spread_above
@@ -63,9 +63,9 @@ def frontier_active(scenario: Scenario, *, err_threshold: float = 1.0) -> Policy
 
 
 def frontier_home(
-    scenario: Scenario, *, spread_m: float = 1.0, release: float = 0.8, err_threshold: float = 0.5
+    scenario: Scenario, *, spread_m: float = 0.7, release: float = 0.8, err_threshold: float = 0.5
 ) -> Policy:
-    """Explores frontiers, returns to its own start when uncertain, and calls as in the paper.
+    """Explores where most is new, returns to its own start when uncertain, and calls as in the paper.
 
     Args:
         scenario: Gives the layout of the observations.
@@ -75,5 +75,5 @@ def frontier_home(
     """
     require(spread_m > 0.0, "frontier_home:spread_m", "> 0", spread_m)
     require(0.0 < release <= 1.0, "frontier_home:release", "in (0, 1]", release)
-    motion = HomeWhenLost(scenario, Frontier(scenario), spread_m=spread_m, release=release)
+    motion = HomeWhenLost(scenario, BestView(scenario), spread_m=spread_m, release=release)
     return Callers(scenario, motion, err_above(err_threshold))

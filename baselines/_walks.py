@@ -27,8 +27,12 @@ def _waypoint(angle_rad: np.ndarray, length_steps: np.ndarray) -> np.ndarray:
 
 def _safe_length(free_steps: np.ndarray, ray: np.ndarray) -> np.ndarray:
     """Whole step if the ray is open, else what is left before it hits."""
-    ahead = free_steps[np.arange(len(ray)), ray]
-    return np.clip(ahead - _ROOM_AHEAD_STEPS, 0.0, 1.0)
+    return safe_lengths(free_steps)[np.arange(len(ray)), ray]
+
+
+def safe_lengths(free_steps: Float[np.ndarray, "robots rays"]) -> Float[np.ndarray, "robots rays"]:
+    """Whole step along the rays that are open, else what is left before they hit."""
+    return np.clip(free_steps - _ROOM_AHEAD_STEPS, 0.0, 1.0)
 
 
 def random_step(
