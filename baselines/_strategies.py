@@ -63,7 +63,12 @@ def frontier_active(scenario: Scenario, *, err_threshold: float = 1.0) -> Policy
 
 
 def frontier_home(
-    scenario: Scenario, *, spread_m: float = 0.7, release: float = 0.8, err_threshold: float = 0.5
+    scenario: Scenario,
+    *,
+    spread_m: float = 0.7,
+    release: float = 0.8,
+    err_threshold: float = 0.5,
+    nearest: bool = False,
 ) -> Policy:
     """Explores where most is new, returns to its own start when uncertain, and calls as in the paper.
 
@@ -72,8 +77,10 @@ def frontier_home(
         spread_m: Uncertainty of the own position at which it returns.
         release: Share of ``spread_m`` under which it explores again.
         err_threshold: Err at which it calls, in units of the scenario's; 1e9: never.
+        nearest: Explore as `frontier` does, by the nearest square not yet seen.
     """
     require(spread_m > 0.0, "frontier_home:spread_m", "> 0", spread_m)
     require(0.0 < release <= 1.0, "frontier_home:release", "in (0, 1]", release)
-    motion = HomeWhenLost(scenario, BestView(scenario), spread_m=spread_m, release=release)
+    explore = Frontier(scenario) if nearest else BestView(scenario)
+    motion = HomeWhenLost(scenario, explore, spread_m=spread_m, release=release)
     return Callers(scenario, motion, err_above(err_threshold))
