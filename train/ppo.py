@@ -5,6 +5,7 @@ import shutil
 import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ from train._versions import versions
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
 
-__all__ = ["Run", "main", "train"]
+__all__ = ["Run", "digest", "main", "train"]
 
 # Each time a run is continued, its worlds follow another root.
 _RESUMED = 7_919
@@ -90,6 +91,7 @@ class Run:
                 self._imitate(progress)
             if self.state.agent_steps < config.ppo.agent_steps:
                 self._improve(progress)
+        say(self._console, f"weights at the end: sha256 {digest(self.model)}")
         say(self._console, f"best mean mapped share on the worlds of the selection: {self.curve.best:.3f}")
         best = self.checkpoints.path("best") / "policy.npz"
         say(self._console, f"run it: python -m baselines.evaluate --policies active,ppo:path={best}")
@@ -157,6 +159,13 @@ def _model(config: TrainConfig, norm: VecNormalize) -> PPO:
         seed=config.seed,
         device="cpu",
     )
+
+
+def digest(model: PPO) -> str:
+    """Fingerprint of all weights, to the bit: two runs of one seed have the same."""
+    weights = model.policy.state_dict()
+    parts = [weights[name].numpy().tobytes() for name in sorted(weights)]
+    return sha256(b"".join(parts)).hexdigest()[:16]
 
 
 def _rate(first: float, left: float | int) -> float:
