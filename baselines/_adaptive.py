@@ -6,6 +6,7 @@ from jaxtyping import Bool, Float, Int
 from baselines._view import View
 from baselines._walks import step_towards
 from envs.rendezvous_v0 import N_BINS, bin_azimuths
+from wifipgo.radio.peaks import vertex
 
 # sigma < 1 (paper Sec. 5). gamma makes the step gamma w^2 / sigma^2 reach one step length for the
 # smallest discrepancy that Algorithm 1 leaves, w = 1 Mb/s / 66 Mb/s, so that the robot always
@@ -18,9 +19,7 @@ def strongest_bearing(profile: Float[np.ndarray, "robots bins"]) -> Float[np.nda
     """Direction of the highest bin (Eq. 6), refined by the parabola through its neighbours, rad."""
     rows, best = np.arange(len(profile)), profile.argmax(axis=1)
     low, mid, high = (profile[rows, (best + k) % N_BINS] for k in (-1, 0, 1))
-    bend = low - 2.0 * mid + high
-    shift = np.where(bend < 0.0, 0.5 * (low - high) / np.where(bend < 0.0, bend, -1.0), 0.0)
-    return bin_azimuths()[best] + np.clip(shift, -0.5, 0.5) * 2.0 * np.pi / N_BINS
+    return bin_azimuths()[best] + vertex(low, mid, high) * 2.0 * np.pi / N_BINS
 
 
 def step_length(

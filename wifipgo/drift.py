@@ -3,28 +3,16 @@
 Covariances are over ``(x_m, y_m, yaw_rad)`` along the axes of the world. An error in yaw moves
 all that lies beyond it, so between two poses that are ``d_m`` apart stands the lever
 ``J = [[1, 0, -d_y], [0, 1, d_x], [0, 0, 1]]``. Everything here is what robots can compute;
-`wifipgo.graph.growth` has the growth by one odometry reading.
+`wifipgo.graph.growth` has the lever, and the growth by one odometry reading.
 """
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo.graph import Edges
+from wifipgo.graph.growth import carried
 
 Covariances = Float[np.ndarray, "... 3 3"]
-
-
-def lever(d_m: Float[np.ndarray, "... 2"]) -> Covariances:
-    """Matrix that carries an error of a pose to a point ``d_m`` away that is fixed to it."""
-    out = np.zeros((*d_m.shape[:-1], 3, 3))
-    out[...] = np.eye(3)
-    out[..., 0, 2], out[..., 1, 2] = -d_m[..., 1], d_m[..., 0]
-    return out
-
-
-def _carried(covariance: Covariances, d_m: Float[np.ndarray, "... 2"]) -> Covariances:
-    J = lever(d_m)
-    return J @ covariance @ np.swapaxes(J, -1, -2)
 
 
 def from_known_place(
@@ -41,7 +29,7 @@ def from_known_place(
     """
     nothing = np.zeros(len(sigma))
     seen_back = covariance + _noise(nothing, sigma[:, 1])
-    return _carried(seen_back, d_m) + _noise(sigma[:, 0], nothing)
+    return carried(seen_back, d_m) + _noise(sigma[:, 0], nothing)
 
 
 def _noise(sigma_t_m: Float[np.ndarray, " robots"], sigma_r_rad: Float[np.ndarray, " robots"]) -> Covariances:
@@ -66,7 +54,7 @@ def before_known_end(
         p_m: Positions.
         sigma: Of odometry.
     """
-    back = _carried(end[:, None], p_m - p_m[:, -1:])
+    back = carried(end[:, None], p_m - p_m[:, -1:])
     n_after = np.arange(p_m.shape[1] - 1, -1, -1.0)[None, :, None]
     first = _sum_after(p_m)
     second = _sum_after(p_m[..., :, None] * p_m[..., None, :])

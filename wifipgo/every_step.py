@@ -120,9 +120,7 @@ class Memory:
             heard = select_pings(news, news.observer[:, 0] == robot)
             measured = (edges, bearings, heard)
             solved[robot] = self._solved(robot, estimate, measured, held=held[robot], gone=gone)
-            covariance[robot] = in_world_axes(
-                self._smoothers[robot].covariance(), float(solved[robot, -1, 2])
-            )
+            covariance[robot] = self._smoothers[robot].covariance()
         self._told = self._told.without(
             np.append(stale, np.zeros(len(self._told.row) - len(stale), dtype=np.bool_))
         )
@@ -177,14 +175,6 @@ class Memory:
         if len(heard):
             smoother.hear(select_bearings(bearings, heard))
         return smoother.own()
-
-
-def in_world_axes(covariance: Float[np.ndarray, "3 3"], yaw_rad: float) -> Float[np.ndarray, "3 3"]:
-    """Covariance of a pose that was given in its own axes."""
-    c, s = np.cos(yaw_rad), np.sin(yaw_rad)
-    T = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    turned: np.ndarray = T @ covariance @ T.T
-    return turned
 
 
 def _is_held(

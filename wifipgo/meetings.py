@@ -100,8 +100,7 @@ def _meet(belief: Belief, group: list[int], *, cfg: RendezvousConfig, rng: np.ra
     """
     if cfg.estimator == "every_step":
         n_bytes = _bytes_of_news(belief, group)
-        told = retold(belief.edges, belief.estimate, robots=group)
-        return Meeting(belief.estimate, belief.covariance, told, n_bytes)
+        return Meeting(belief.estimate, belief.covariance, belief.edges, n_bytes)
     if cfg.backend == "distributed":
         return _solved_by_robots(belief, group, cfg=cfg, rng=rng)
     guard = GUARDS[cfg.outliers]

@@ -6,14 +6,13 @@ it within `TOLERANCE_M` of the truth; 0 where it was not seen. Robots know neith
 the truth, so a square behind an obstacle counts as seen here.
 """
 
-import functools
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo.drift import looseness_m2
-from wifipgo.world.coverage import TOLERANCE_M
+from wifipgo.world.coverage import TOLERANCE_M, window
 
 N_BINS = 16
 # Bytes of a survey as sent: one for each square.
@@ -55,13 +54,6 @@ def probability_in_place(
     return 1.0 - np.exp(-(TOLERANCE_M**2) / np.maximum(spread_m2, 1e-12))
 
 
-@functools.cache
-def _window(reach: int) -> Int[np.ndarray, "bins 2"]:
-    """Offsets of the squares around one."""
-    steps = np.arange(-reach, reach + 1)
-    return np.stack(np.meshgrid(steps, steps, indexing="ij"), -1).reshape(-1, 2)
-
-
 def surveyed(
     own: Float[np.ndarray, "robots bins bins"],
     robot: Int[np.ndarray, " poses"],
@@ -83,7 +75,7 @@ def surveyed(
     """
     width_m = size_m / N_BINS
     here = np.floor(p_m / width_m).astype(np.int64)
-    index = here[:, None] + _window(int(np.ceil(range_m / width_m)))[None]
+    index = here[:, None] + window(int(np.ceil(range_m / width_m)))[None]
     gap_m = width_m * (index + 0.5) - p_m[:, None]
     near = (gap_m**2).sum(axis=-1) <= range_m**2
     near |= (index == here[:, None]).all(axis=-1)

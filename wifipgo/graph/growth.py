@@ -1,7 +1,34 @@
-"""How the uncertainty of a pose grows while its robot only counts its own steps."""
+"""How the uncertainty of a pose is carried along, and grows while its robot only counts its own steps."""
 
 import numpy as np
 from jaxtyping import Float
+
+
+def lever(d_m: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 3 3"]:
+    """Matrix that carries an error of a pose to a point ``d_m`` away that is fixed to it."""
+    out = np.zeros((*d_m.shape[:-1], 3, 3))
+    out[...] = np.eye(3)
+    out[..., 0, 2], out[..., 1, 2] = -d_m[..., 1], d_m[..., 0]
+    return out
+
+
+def carried(
+    covariance: Float[np.ndarray, "... 3 3"], d_m: Float[np.ndarray, "... 2"]
+) -> Float[np.ndarray, "... 3 3"]:
+    """Covariances of poses, at points ``d_m`` away that are fixed to them."""
+    J = lever(d_m)
+    return J @ covariance @ np.swapaxes(J, -1, -2)
+
+
+def in_world_axes(
+    own_axes: Float[np.ndarray, "poses 3 3"], yaw_rad: Float[np.ndarray, " poses"]
+) -> Float[np.ndarray, "poses 3 3"]:
+    """Covariances of poses that were given in the axes of each pose, as gtsam has them."""
+    turn = np.zeros((len(yaw_rad), 3, 3))
+    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(yaw_rad)
+    turn[:, 1, 0] = np.sin(yaw_rad)
+    turn[:, 0, 1], turn[:, 2, 2] = -turn[:, 1, 0], 1.0
+    return turn @ own_axes @ turn.transpose(0, 2, 1)
 
 
 def dead_reckoned(
@@ -21,10 +48,6 @@ def dead_reckoned(
     Returns:
         Of the poses after, in world axes.
     """
-    J = np.zeros((len(before), 3, 3))
-    J[:, [0, 1, 2], [0, 1, 2]] = 1.0
-    J[:, 0, 2] = before[:, 1] - after[:, 1]
-    J[:, 1, 2] = after[:, 0] - before[:, 0]
-    grown = J @ covariance @ J.transpose(0, 2, 1)
+    grown = carried(covariance, after[:, :2] - before[:, :2])
     grown[:, [0, 1, 2], [0, 1, 2]] += sigma[:, [0, 0, 1]] ** 2
     return grown

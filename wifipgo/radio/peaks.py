@@ -43,7 +43,7 @@ def find_peaks(
     for k in range(n_peaks):
         best = open_height.argmax(axis=1)
         height[:, k] = open_height[rows, best]
-        shift = _vertex(left[rows, best], profile[rows, best], right[rows, best])
+        shift = vertex(left[rows, best], profile[rows, best], right[rows, best])
         azimuth_rad[:, k] = wrap_angle(-np.pi + step_rad * (best + shift))
         apart = np.abs(bins[None] - best[:, None])
         open_height[np.minimum(apart, n_bins - apart) * step_rad < separation_rad] = 0.0
@@ -51,7 +51,7 @@ def find_peaks(
     return Peaks(azimuth_rad, height)
 
 
-def _vertex(
+def vertex(
     low: Float[np.ndarray, "*links"], mid: Float[np.ndarray, "*links"], high: Float[np.ndarray, "*links"]
 ) -> Float[np.ndarray, "*links"]:
     """Vertex of the parabola through three neighbouring bins, in bins from the middle one."""

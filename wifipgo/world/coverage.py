@@ -67,7 +67,7 @@ def empty_map(layout: Layout, size_m: float) -> CellMap:
 
 
 @functools.cache
-def _window(reach: int) -> Int[np.ndarray, "cells 2"]:
+def window(reach: int) -> Int[np.ndarray, "cells 2"]:
     """Offsets of the cells around one."""
     steps = np.arange(-reach, reach + 1)
     return np.stack(np.meshgrid(steps, steps, indexing="ij"), -1).reshape(-1, 2)
@@ -82,7 +82,7 @@ def reveal(
 ) -> CellMap:
     """See the free cells whose middle is within range of a robot, with nothing in between."""
     n, reach = len(cells.seen), int(np.ceil(range_m / CELL_M))
-    index = np.floor(p_m / CELL_M).astype(int)[:, None] + _window(reach)[None]
+    index = np.floor(p_m / CELL_M).astype(int)[:, None] + window(reach)[None]
     gap_m = CELL_M * (index + 0.5) - p_m[:, None]
     near = gap_m[..., 0] ** 2 + gap_m[..., 1] ** 2 <= range_m**2
     robot, place = np.nonzero(near & ((index >= 0) & (index < n)).all(axis=-1))

@@ -11,6 +11,8 @@ from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.posegraph import Edges
 from wifipgo.graph.solvers._losses import geman_mcclure, huber
 
+Models = dict[tuple[Any, ...], gtsam.noiseModel.Base]
+
 
 def keys(ends: Int[np.ndarray, "rows 2"], first_key: Int[np.ndarray, " robots"]) -> list[int]:
     """Variables of some (robot, index) pairs."""
@@ -36,11 +38,15 @@ def add_between(
     edges: Edges,
     first_key: Int[np.ndarray, " robots"],
     doubted: Bool[np.ndarray, " edges"],
+    models: Models | None = None,
 ) -> None:
-    """Add measurements among participants, Huber's loss on doubted ones; equal noise shares one model."""
+    """Add measurements among participants, Huber's loss on doubted ones; equal noise shares one model.
+
+    Noise models that are there already are used again, and new ones added to them.
+    """
+    models = {} if models is None else models
     sigma = edges.sigma / np.sqrt(edges.weight)[:, None]
     noises = zip(*sigma.T.tolist(), doubted.tolist(), strict=True)
-    models: dict[tuple[Any, ...], gtsam.noiseModel.Base] = {}
     ends = zip(keys(edges.tail, first_key), keys(edges.head, first_key), edges.z.tolist(), strict=True)
     for (i, j, z), noise in zip(ends, noises, strict=True):
         if noise not in models:

@@ -6,6 +6,7 @@ import gtsam
 import numpy as np
 from jaxtyping import Float
 
+from wifipgo.graph.growth import in_world_axes
 from wifipgo.graph.posegraph import Edges
 from wifipgo.graph.solvers._problem import KNOWN_START, TOLD_SIGMA, Problem, build, posed
 from wifipgo.graph.solvers._search import as_values
@@ -62,8 +63,4 @@ def ends_of(
     marginals = gtsam.Marginals(graph, values)
     own_axes = np.array([marginals.marginalCovariance(key) for key in last])
     yaw_rad = np.array([values.atPose2(key).theta() for key in last])
-    turn = np.zeros((len(last), 3, 3))
-    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(yaw_rad)
-    turn[:, 1, 0] = np.sin(yaw_rad)
-    turn[:, 0, 1], turn[:, 2, 2] = -turn[:, 1, 0], 1.0
-    return turn @ own_axes @ turn.transpose(0, 2, 1)
+    return in_world_axes(own_axes, yaw_rad)

@@ -4,17 +4,16 @@ Kaess, Johannsson, Roberts, Ila, Leonard, Dellaert: iSAM2, IJRR 2012. Only what 
 measurement touches is solved again, so a step costs the same late in an episode as early.
 """
 
-from typing import Any
-
 import gtsam
 import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo.graph.bearings import Bearings
+from wifipgo.graph.growth import in_world_axes
 from wifipgo.graph.pings import NO_PINGS, Pings
 from wifipgo.graph.posegraph import Edges
-from wifipgo.graph.solvers._factors import add_bearings, told_tails
-from wifipgo.graph.solvers._losses import geman_mcclure, huber
+from wifipgo.graph.solvers._factors import Models, add_bearings, add_between, add_told, keys
+from wifipgo.graph.solvers._losses import geman_mcclure
 from wifipgo.graph.solvers._problem import ANCHOR_SIGMA, TOLD_SIGMA, odometry
 
 # Variables of robot r start at r times this: an episode has fewer iterations.
@@ -41,7 +40,7 @@ class Smoother:
         params.setRelinearizeThreshold(_RELINEARISE)
         params.relinearizeSkip = 1
         self._isam = gtsam.ISAM2(params)
-        self._models: dict[tuple[Any, ...], gtsam.noiseModel.Base] = {}
+        self._models: Models = {}
         self._first_key = _KEYS_A_ROBOT * np.arange(n_robots)
         self._n_points = 0
         self.held = np.zeros(n_robots, dtype=np.int64)
@@ -74,8 +73,9 @@ class Smoother:
         )
         graph, values = self._new_poses(poses, held)
         self._add_pings(graph, values, pings)
-        self._add_between(graph, between)
-        self._add_told(graph, told)
+        add_between(graph, between, self._first_key, ~odometry(between) & self._doubts, self._models)
+        told_sigma = np.broadcast_to(np.array(TOLD_SIGMA), (len(told), 2))
+        add_told(graph, told, told_sigma, self._first_key, doubted=self._doubts)
         result = self._isam.update(graph, values, forgotten)
         self.held = held
         self._settle(others_came)
@@ -100,10 +100,10 @@ class Smoother:
         return own
 
     def covariance(self) -> Float[np.ndarray, "3 3"]:
-        """Covariance of the robot's last pose, in its own axes, (x_m, y_m, yaw_rad)."""
+        """Covariance of the robot's last pose, in world axes, (x_m, y_m, yaw_rad)."""
         last = int(self._first_key[self._robot] + self.held[self._robot]) - 1
-        covariance: np.ndarray = self._isam.marginalCovariance(last)
-        return covariance
+        yaw_rad = self._isam.calculateEstimatePose2(last).theta()
+        return in_world_axes(self._isam.marginalCovariance(last)[None], np.array([yaw_rad]))[0]
 
     def _new_poses(
         self, poses: Float[np.ndarray, "robots times 3"], held: Int[np.ndarray, " robots"]
@@ -119,44 +119,15 @@ class Smoother:
                 graph.addPriorPose2(first, gtsam.Pose2(*poses[robot, 0].tolist()), anchor)
         return graph, values
 
-    def _add_between(self, graph: gtsam.NonlinearFactorGraph, edges: Edges) -> None:
-        if not len(edges):
-            return
-        sigma = edges.sigma / np.sqrt(edges.weight)[:, None]
-        doubted = ~odometry(edges) & self._doubts
-        ends = zip(self._keys(edges.tail), self._keys(edges.head), edges.z.tolist(), strict=True)
-        for (i, j, z), noise in zip(ends, zip(*sigma.T.tolist(), doubted.tolist(), strict=True), strict=True):
-            graph.add(gtsam.BetweenFactorPose2(i, j, gtsam.Pose2(*z), self._model(noise)))
-
-    def _add_told(self, graph: gtsam.NonlinearFactorGraph, edges: Edges) -> None:
-        if not len(edges):
-            return
-        T_world_tail, covariance = told_tails(edges, np.array([TOLD_SIGMA]))
-        for i, pose, cov in zip(self._keys(edges.tail), T_world_tail.tolist(), covariance, strict=True):
-            noise = gtsam.noiseModel.Gaussian.Covariance(cov)
-            graph.addPriorPose2(i, gtsam.Pose2(*pose), huber(noise) if self._doubts else noise)
-
     def _add_pings(self, graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, pings: Pings) -> None:
         """Bearings with Geman-McClure's loss to points that are known as well as they were told."""
-        observers = self._keys(pings.observer)
+        observers = keys(pings.observer, self._first_key)
         for i, azimuth_rad, sigma_rad, point_m, covariance_m2 in zip(observers, *pings[1:], strict=True):
             point, self._n_points = _FIRST_POINT + self._n_points, self._n_points + 1
             values.insert(point, point_m)
             graph.addPriorPoint2(point, point_m, gtsam.noiseModel.Gaussian.Covariance(covariance_m2))
             loss = geman_mcclure(sigma_rad)
             graph.add(gtsam.BearingFactor2D(i, point, gtsam.Rot2(azimuth_rad), loss))
-
-    def _keys(self, ends: Int[np.ndarray, "rows 2"]) -> list[int]:
-        found: list[int] = (self._first_key[ends[:, 0]] + ends[:, 1]).tolist()
-        return found
-
-    def _model(self, noise: tuple[float, float, bool]) -> gtsam.noiseModel.Base:
-        """Equal noise shares one model."""
-        if noise not in self._models:
-            sigma_t_m, sigma_r_rad, doubt = noise
-            model = gtsam.noiseModel.Diagonal.Sigmas(np.array([sigma_t_m, sigma_t_m, sigma_r_rad]))
-            self._models[noise] = huber(model) if doubt else model
-        return self._models[noise]
 
     def _settle(self, others_came: bool) -> None:
         for _ in range(_SETTLING * others_came):
