@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
-from wifipgo.errors import pick, require
+from wifipgo.errors import MissingExtraError, pick, require
 from wifipgo.processes import THREADS, one_thread_each, settle_in
 
 EXECUTORS: Mapping[str, str] = MappingProxyType(
@@ -30,10 +30,6 @@ _ATTEMPTS = 2  # of an item whose process dies
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 Outcome = tuple[Item, BaseException | None]
-
-
-class MissingExtraError(ValueError):
-    """An optional package is not installed; names the extra that brings it."""
 
 
 class WorkerDiedError(RuntimeError):

@@ -10,25 +10,18 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import UInt8
 
-from wifipgo.errors import pick, require
+from wifipgo.errors import MissingExtraError, pick, require
 
 Frame = UInt8[np.ndarray, "height width 3"]
 Add = Callable[[np.ndarray], None]
 _HOLD_S = 2.0  # how long a film stays on its last picture
 
 
-class MissingExtraError(RuntimeError):
-    """Something was asked for that needs packages which are not installed."""
-
-    def __init__(self, what: str, extra: str) -> None:
-        """Name what was asked for and the extra that brings it."""
-        super().__init__(f"{what} needs packages that are not installed: pip install 'wifipgo[{extra}]'")
-
-
 def require_extra(what: str, extra: str, *modules: str) -> None:
     """Raise `MissingExtraError` unless all modules are installed."""
     if any(importlib.util.find_spec(module) is None for module in modules):
-        raise MissingExtraError(what, extra)
+        needs = f"{what} needs packages that are not installed"
+        raise MissingExtraError(f"{needs}: pip install 'wifipgo[{extra}]'")
 
 
 def check_target(field: str, path: Path, kinds: Mapping[str, object], *, overwrite: bool) -> None:

@@ -10,11 +10,12 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from baselines import _results
+from baselines._command import exit_code
 from baselines._config import EvaluateConfig, command_of, parsed, plan_of
 from baselines._episodes import Episode, run_episode, trial_seed
 from baselines._executors import Executor
 from baselines._plan import Plan
-from baselines._report import announce, report, say
+from baselines._report import announce, report
 from baselines._statistics import Estimate, Paired, Summary, summarise
 from baselines._workers import EpisodesFailedError, Task, run_all
 
@@ -103,22 +104,8 @@ def _publish(plan: Plan, partial: Path, out: Path, record: Mapping[str, Any]) ->
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; 0 done, 1 episodes failed, 2 refused, 130 interrupted."""
-    console, errors = Console(), Console(stderr=True)
-    try:
-        evaluate(parsed(args), console=console)
-    except EpisodesFailedError as failure:
-        say(errors, str(failure))
-        return 1
-    except OSError as failure:
-        say(errors, f"error: {failure.filename or 'system'}: {failure.strerror or failure}")
-        return 2
-    except ValueError as failure:
-        say(errors, f"error: {failure}")
-        return 2
-    except KeyboardInterrupt:
-        say(errors, "interrupted; finished episodes are kept: the same command with --resume continues")
-        return 130
-    return 0
+    kept = "interrupted; finished episodes are kept: the same command with --resume continues"
+    return exit_code(lambda console: evaluate(parsed(args), console=console), interrupted=kept)
 
 
 if __name__ == "__main__":

@@ -9,15 +9,16 @@ import tyro
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from baselines._command import exit_code
 from baselines._episodes import Episode, OnTick, run_episode
-from baselines._films import MissingExtraError, appearing, film
+from baselines._films import appearing, film
 from baselines._report import say
 from baselines._watching import WatchConfig, checked
 from envs._render_config import RenderConfig
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
 
-__all__ = ["MissingExtraError", "WatchConfig", "main", "watch"]
+__all__ = ["WatchConfig", "main", "watch"]
 
 
 def watch(config: WatchConfig, *, console: Console | None = None) -> Episode:
@@ -107,19 +108,12 @@ def _report(episode: Episode, config: WatchConfig, console: Console) -> None:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; 0 done, 2 refused, 130 interrupted."""
-    console, errors = Console(), Console(stderr=True)
-    try:
+    kept = "interrupted; nothing was written"
+
+    def job(console: Console) -> None:
         watch(tyro.cli(WatchConfig, prog="python -m baselines.watch", args=args), console=console)
-    except OSError as failure:
-        say(errors, f"error: {failure.filename or 'system'}: {failure.strerror or failure}")
-        return 2
-    except (ValueError, MissingExtraError) as failure:
-        say(errors, f"error: {failure}")
-        return 2
-    except KeyboardInterrupt:
-        say(errors, "interrupted; nothing was written")
-        return 130
-    return 0
+
+    return exit_code(job, interrupted=kept)
 
 
 if __name__ == "__main__":

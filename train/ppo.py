@@ -18,6 +18,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.vec_env import VecNormalize
 
+from baselines._command import exit_code
 from baselines._report import say
 from baselines._results import write_json
 from baselines.policies import make_policy
@@ -235,19 +236,8 @@ def _bar(console: Console) -> Progress:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; 0 done, 2 refused, 130 interrupted."""
-    console, errors = Console(), Console(stderr=True)
-    try:
-        train(parsed(args), console=console)
-    except OSError as failure:
-        say(errors, f"error: {failure.filename or 'system'}: {failure.strerror or failure}")
-        return 2
-    except ValueError as failure:
-        say(errors, f"error: {failure}")
-        return 2
-    except KeyboardInterrupt:
-        say(errors, "interrupted; the last checkpoint is kept: the same command with --resume continues")
-        return 130
-    return 0
+    kept = "interrupted; the last checkpoint is kept: the same command with --resume continues"
+    return exit_code(lambda console: train(parsed(args), console=console), interrupted=kept)
 
 
 if __name__ == "__main__":

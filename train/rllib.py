@@ -16,6 +16,7 @@ import numpy as np
 import tyro
 from rich.console import Console
 
+from baselines._command import exit_code
 from baselines._interfaces import INTERFACES, make_interface
 from baselines._network import Layer, Network, layout_of, plain
 from baselines._report import say
@@ -23,14 +24,10 @@ from baselines._results import write_json
 from envs.rendezvous_v0 import REWARDS
 from train._translated_env import TranslatedEnv
 from train._versions import versions
-from wifipgo.errors import pick, require
+from wifipgo.errors import MissingExtraError, pick, require
 from wifipgo.scenarios import Scenario, scenario_named
 
 _ROBOT = "robot"
-
-
-class MissingRayError(RuntimeError):
-    """RLlib is not installed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +90,7 @@ def train(config: RllibConfig, *, console: Console | None = None) -> Network:
     Raises:
         ValueError: A setting that is refused; nothing was written.
         OSError: A folder that cannot be written.
-        MissingRayError: The extra ``rllib`` is not installed.
+        MissingExtraError: The extra ``rllib`` is not installed.
     """
     console = console or Console(quiet=True)
     scenario = scenario_named(config.scenario)
@@ -149,7 +146,7 @@ def _ray() -> Any:
         import ray  # noqa: PLC0415
         import ray.rllib  # noqa: PLC0415
     except ImportError as problem:
-        raise MissingRayError("RLlib is not installed: pip install 'wifipgo[rllib]'") from problem
+        raise MissingExtraError("RLlib is not installed: pip install 'wifipgo[rllib]'") from problem
     return ray
 
 
@@ -200,19 +197,12 @@ def _settings(config: RllibConfig) -> dict[str, Any]:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; 0 done, 2 refused, 130 interrupted."""
-    console, errors = Console(), Console(stderr=True)
-    try:
+    kept = "interrupted; nothing is kept of an unfinished run"
+
+    def job(console: Console) -> None:
         train(tyro.cli(RllibConfig, prog="python -m train.rllib", args=args), console=console)
-    except OSError as failure:
-        say(errors, f"error: {failure.filename or 'system'}: {failure.strerror or failure}")
-        return 2
-    except (ValueError, MissingRayError) as failure:
-        say(errors, f"error: {failure}")
-        return 2
-    except KeyboardInterrupt:
-        say(errors, "interrupted; nothing is kept of an unfinished run")
-        return 130
-    return 0
+
+    return exit_code(job, interrupted=kept)
 
 
 if __name__ == "__main__":

@@ -21,6 +21,10 @@ class UnknownNameError(ValueError):
         return type(self), (self.kind, self.name, self.known)
 
 
+class MissingExtraError(ValueError):
+    """Something was asked for that needs packages that are not installed; names their extra."""
+
+
 class RecordingError(ValueError):
     """A CSI recording that cannot be read; says at which byte and what was expected."""
 

@@ -11,8 +11,9 @@ import pandas as pd
 import pytest
 from dying import Errand, compute, keep
 
-from baselines._executors import EXECUTORS, Executor, MissingExtraError, Work, WorkerDiedError
+from baselines._executors import EXECUTORS, Executor, Work, WorkerDiedError
 from baselines.evaluate import EvaluateConfig, evaluate, main
+from wifipgo.errors import MissingExtraError
 
 ROOT = Path(__file__).parents[2]
 WORK = Work(compute, keep)
