@@ -1,7 +1,6 @@
 """Run one policy on one seed, and keep what happened."""
 
 import json
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from wifipgo.graph import ate_rot, ate_trans
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
+from wifipgo.whole_files import appearing
 
 LAST = 10
 
@@ -56,10 +56,8 @@ class Episode:
         arrays |= {name: getattr(self, name) for name in _ARRAYS}
         arrays |= {f"obstacle/{k}": corners for k, corners in enumerate(self.obstacles_m)}
         scalars = {name: getattr(self, name) for name in _SCALARS}
-        unfinished = path.with_suffix(".tmp")
-        with unfinished.open("wb") as file:
+        with appearing(path) as unfinished, unfinished.open("wb") as file:
             np.savez(file, allow_pickle=False, scalars=np.array(json.dumps(scalars)), **arrays)
-        os.replace(unfinished, path)
 
     @classmethod
     def load(cls, path: Path) -> "Episode":

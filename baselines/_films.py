@@ -1,7 +1,6 @@
 """Films and stills on disk: there whole or not at all."""
 
 import importlib.util
-import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -11,6 +10,7 @@ import numpy as np
 from jaxtyping import UInt8
 
 from wifipgo.errors import MissingExtraError, pick, require
+from wifipgo.whole_files import appearing
 
 Frame = UInt8[np.ndarray, "height width 3"]
 Add = Callable[[np.ndarray], None]
@@ -38,20 +38,9 @@ def check_target(field: str, path: Path, kinds: Mapping[str, object], *, overwri
 
 
 @contextmanager
-def appearing(path: Path) -> Iterator[Path]:
-    """Give a name to write to; what is there at the end without failure gets the real name."""
-    partial = path.with_name(f".{path.stem}.partial{path.suffix}")
-    try:
-        yield partial
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
-
-
-@contextmanager
 def film(path: Path, *, fps: int) -> Iterator[Add]:
     """Write the pictures that are added to a film, or the last one to a still, by the name's suffix."""
-    with appearing(path) as partial, KINDS[path.suffix.lower()](partial, fps) as add:
+    with appearing(path, by_suffix=True) as partial, KINDS[path.suffix.lower()](partial, fps) as add:
         yield add
 
 

@@ -6,7 +6,6 @@ without torch and without pickle.
 
 import io
 import json
-import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -21,6 +20,7 @@ from baselines._rays import N_WHOLE
 from envs.rendezvous_v0 import layout
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
+from wifipgo.whole_files import appearing
 from wifipgo.world.lidar import N_LIDAR_RAYS
 
 FORMAT = 1
@@ -72,14 +72,9 @@ class Network:
         """Write to a file that is there whole or not at all."""
         arrays = {f"{net}/{k}/{part}": array for net, k, part, array in self._arrays()}
         notes = {name: getattr(self, name) for name in _NOTES if name != "format"} | {"format": FORMAT}
-        packed = io.BytesIO()
-        text = np.array(json.dumps(notes))
-        np.savez_compressed(
-            packed, allow_pickle=False, notes=text, mean=self.mean, variance=self.variance, **arrays
-        )
-        unfinished = path.with_name(f"{path.name}.tmp")
-        unfinished.write_bytes(packed.getvalue())
-        os.replace(unfinished, path)
+        arrays |= {"notes": np.array(json.dumps(notes)), "mean": self.mean, "variance": self.variance}
+        with appearing(path) as unfinished, unfinished.open("wb") as file:
+            np.savez_compressed(file, allow_pickle=False, **arrays)
 
     def _arrays(self) -> list[tuple[str, int, str, np.ndarray]]:
         return [

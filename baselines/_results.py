@@ -4,7 +4,6 @@ An evaluation into ``out`` works in ``out.partial`` beside it, which holds a ``c
 for each finished episode and, at the end, the results, which are then renamed to ``out``.
 """
 
-import json
 import os
 import shutil
 import zipfile
@@ -20,6 +19,7 @@ from baselines._episodes import Episode
 from baselines._plan import differences, read_record
 from baselines._statistics import Summary
 from wifipgo.errors import require
+from wifipgo.whole_files import write_json
 
 PICTURES = ("err.png", "arena.png")
 FILES = ("episodes.parquet", "steps.parquet", "summary.json", "config.json", *PICTURES)
@@ -128,13 +128,6 @@ def write_tables(
     steps_frame(episodes).to_parquet(folder / "steps.parquet", index=False)
     write_json(folder / "summary.json", asdict(summary))
     write_json(folder / "config.json", record)
-
-
-def write_json(path: Path, values: Mapping[str, Any]) -> None:
-    """Write a file that is there whole or not at all."""
-    unfinished = path.with_suffix(".tmp")
-    unfinished.write_text(json.dumps(values, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    os.replace(unfinished, path)
 
 
 def clean_staging(partial: Path) -> Path:

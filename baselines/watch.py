@@ -11,12 +11,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from baselines._command import exit_code
 from baselines._episodes import Episode, OnTick, run_episode
-from baselines._films import appearing, film
+from baselines._films import film
 from baselines._report import say
 from baselines._watching import WatchConfig, checked
 from envs._render_config import RenderConfig
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
+from wifipgo.whole_files import appearing
 
 __all__ = ["WatchConfig", "main", "watch"]
 
@@ -75,7 +76,7 @@ def _recorder(path: Path, config: WatchConfig, scenario: Scenario) -> Iterator[O
     """Write ticks into the recording."""
     from baselines._timeline import Timeline  # noqa: PLC0415 (belongs to an extra)
 
-    with appearing(path) as partial:
+    with appearing(path, by_suffix=True) as partial:
         timeline = Timeline(partial, scenario, name=f"{scenario.name}: {config.caption}")
         try:
             yield timeline.add

@@ -15,7 +15,6 @@ import os
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
-import json
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -36,6 +35,7 @@ from wifipgo.radio import aoa, csi, theory
 from wifipgo.radio.materials import Slab
 from wifipgo.radio.paths import Paths, surfaces_of, trace_paths
 from wifipgo.se2 import wrap_angle
+from wifipgo.whole_files import write_json
 
 RADIO, TURN = csi.RadioConfig(), aoa.AoaConfig()
 ESTIMATORS = ("ratio", "product", "music")
@@ -272,10 +272,7 @@ def main(config: AccuracyConfig) -> None:
     if config.json is not None:
         tables = {"table": table_rows, "bound": bound_rows}
         content = {name: [row._asdict() for row in rows] for name, rows in tables.items()}
-        config.json.parent.mkdir(parents=True, exist_ok=True)
-        staged = config.json.with_suffix(".tmp")
-        staged.write_text(json.dumps(content, indent=2) + "\n")
-        staged.replace(config.json)
+        write_json(config.json, content, allow_nan=True)
     if config.picture is not None:
         draw(config.picture, table_rows, bound_rows)
 

@@ -10,7 +10,6 @@ import os
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -24,6 +23,7 @@ from rich.console import Console
 
 from wifipgo.radio import aoa, csi
 from wifipgo.radio.confidence import confidence
+from wifipgo.whole_files import write_json
 
 RADIO, TURN = csi.RadioConfig(), aoa.AoaConfig()
 AZIMUTH_RAD = np.deg2rad([60.0, -100.0, 165.0])
@@ -117,10 +117,7 @@ def main(config: ProfileConfig) -> None:
         console.print(f"{name:28s} {np.round(value, 3)}")
     draw(config.picture, profile, found)
     if config.json is not None:
-        config.json.parent.mkdir(parents=True, exist_ok=True)
-        staged = config.json.with_suffix(".tmp")
-        staged.write_text(json.dumps(content, indent=2) + "\n")
-        staged.replace(config.json)
+        write_json(config.json, content, allow_nan=True)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,6 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
 from collections.abc import Sequence
-from json import dumps
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -29,6 +28,7 @@ from benchmarks.simulated_rooms import WAVELENGTH_M, draw_link, two_way_product
 from wifipgo.errors import require
 from wifipgo.radio.aoa import azimuth_grid, find_peaks
 from wifipgo.radio.aperture import aperture_profiles
+from wifipgo.whole_files import write_json
 
 POWERS = (1, 2, 4, 6, 8, 12, 16)
 DRAWN = {"share of power": "#2a9d6f", "side lobe": "#6b7280", "expected error, power 6": "#1f6fb4"}
@@ -171,10 +171,7 @@ def main(
     show(studied, Console())
     if json is not None:
         content = {"links": links, "accuracy": accuracy(studied), "ranking": ranking(studied)}
-        json.parent.mkdir(parents=True, exist_ok=True)
-        staged = json.with_suffix(".tmp")
-        staged.write_text(dumps(content, indent=2) + "\n", "utf-8")
-        staged.replace(json)
+        write_json(json, content, allow_nan=True)
     if picture is not None:
         save_picture(studied, picture)
 

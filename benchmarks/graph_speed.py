@@ -12,7 +12,6 @@ import os
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
-import json
 import platform
 import sys
 import time
@@ -29,6 +28,7 @@ from rich.table import Table
 
 from wifipgo import se2
 from wifipgo.graph import Edges, end_covariances, select, solve
+from wifipgo.whole_files import write_json
 
 SIGMA, RANGE_M, STEP_M, N_NEW = (0.1, np.deg2rad(3.0)), 2.2, 2.0, 10
 PAIRS = (10, 25, 50)  # poses of each robot
@@ -175,10 +175,7 @@ def main(config: GraphSpeedConfig) -> None:
     show(rows, config.seed, console)
     if config.json is not None:
         content = {"seed": config.seed, "rows": [row._asdict() for row in rows]}
-        config.json.parent.mkdir(parents=True, exist_ok=True)
-        staged = config.json.with_name(f"{config.json.name}.tmp")
-        staged.write_text(json.dumps(content, indent=2) + "\n")
-        staged.replace(config.json)
+        write_json(config.json, content, allow_nan=True)
 
 
 if __name__ == "__main__":

@@ -32,6 +32,7 @@ from wifipgo.graph.keyed import PoseGraph
 from wifipgo.graph.parts import anchors, components
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers.spatial import solve_graph
+from wifipgo.whole_files import write_json
 
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
 DATA = Path(os.environ.get("WIFIPGO_DATA", BESIDE)) / "g2o"
@@ -174,14 +175,6 @@ def distributed_table(results: dict[str, Any], reference: dict[str, Any]) -> Tab
     return table
 
 
-def write(path: Path, content: dict[str, Any]) -> None:
-    """Write a file that is there whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    staged = path.with_name(f"{path.name}.tmp")
-    staged.write_text(json.dumps(content, indent=2) + "\n")
-    staged.replace(path)
-
-
 def main(config: G2oConfig) -> int:
     """Measure, show, write; 2 if there is nothing to measure."""
     console = Console()
@@ -194,7 +187,7 @@ def main(config: G2oConfig) -> int:
         reference = json.loads(path.read_text())["datasets"] if path.is_file() else {}
         results = {f.name: figures(f, config.repeats) for f in track(folders, "data sets", console=console)}
         if config.json is not None:
-            write(config.json, {"format": "g2o-benchmark/1", "datasets": results})
+            write_json(config.json, {"format": "g2o-benchmark/1", "datasets": results}, allow_nan=True)
     except (ValueError, KeyError, OSError) as error:
         print(error, file=sys.stderr)
         return 2

@@ -6,7 +6,6 @@ DIR is ``$WIFIPGO_DATA/sionna``, else ``shared/data/sionna`` beside the checkout
 lies beside the JSON file unless told otherwise.
 """
 
-import json
 import os
 import sys
 from collections.abc import Mapping
@@ -24,6 +23,7 @@ from rich.console import Console
 from rich.table import Table
 
 from wifipgo.radio.reference_paths import Agreement, Reference, compare, joined, read_references, traced
+from wifipgo.whole_files import write_json
 
 # What is asked of the largest deviation; the reference's own float32 allows 0.1 deg at the
 # transmitter. Phase: of 95 % of the paths.
@@ -213,14 +213,6 @@ def draw_deviations(axes: Axes, total: Agreement) -> None:
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8)
 
 
-def write_atomically(path: Path, content: Mapping[str, Any]) -> None:
-    """Write JSON beside its place and move it there."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    staged = path.with_name(f".{path.name}.tmp")
-    staged.write_text(json.dumps(content, indent=2) + "\n", "utf-8")
-    staged.replace(path)
-
-
 def main(config: OracleConfig) -> int:
     """Compare, show, write; 2 if the input is bad."""
     try:
@@ -235,7 +227,7 @@ def main(config: OracleConfig) -> int:
     if config.json is not None:
         files = {name: row for name, row in report.items() if name != "total"}
         content = {"tolerances": TOLERANCES, "files": files, "total": report["total"]}
-        write_atomically(config.json, content)
+        write_json(config.json, content, allow_nan=True)
     picture = config.picture or (config.json.with_suffix(".png") if config.json else None)
     if picture is not None:
         draw(picture, fixtures, total)

@@ -42,6 +42,7 @@ from rich.table import Table
 from wifipgo.errors import require
 from wifipgo.graph.encounter_grid import ODOMETRY, encounter, encounter_grid, error_under
 from wifipgo.graph.encounters import Encounter, EncounterConfig
+from wifipgo.whole_files import appearing, write_json
 
 METHODS = ("none", "paper", "range_aware", "pcm", "huber", "gnc", "bearing")
 LABELS = {
@@ -106,8 +107,8 @@ def errors(cfg: EncounterConfig, seed: int, trial: int) -> list[float]:
 def run_cell(path: Path, cfg: EncounterConfig, seed: int, n_trials: int) -> Path:
     """All trials of a cell, into a file that is there whole or not at all."""
     found = np.array([errors(cfg, seed, trial) for trial in range(n_trials)])
-    np.save(path.with_suffix(".tmp.npy"), found)
-    os.replace(path.with_suffix(".tmp.npy"), path)
+    with appearing(path, by_suffix=True) as unfinished:
+        np.save(unfinished, found)
     return path
 
 
@@ -252,13 +253,11 @@ def publish(
 ) -> None:
     """Write all results; each file is there whole or not at all."""
     out.mkdir(parents=True, exist_ok=True)
-    staged = [out / f"{name}.tmp" for name in ("cells.parquet", "summary.json", "outliers.png")]
-    frame.to_parquet(staged[0], index=False)
-    summary = json.dumps(record | {"methods": table.to_dict(orient="index")}, indent=2)
-    staged[1].write_text(summary + "\n", encoding="utf-8")
-    save_picture(figure, staged[2])
-    for path in staged:
-        os.replace(path, path.with_suffix(""))
+    with appearing(out / "cells.parquet") as unfinished:
+        frame.to_parquet(unfinished, index=False)
+    with appearing(out / "outliers.png") as unfinished:
+        save_picture(figure, unfinished)
+    write_json(out / "summary.json", record | {"methods": table.to_dict(orient="index")}, allow_nan=True)
 
 
 def main(config: OutlierConfig) -> None:

@@ -14,7 +14,6 @@ os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 
 import importlib
 import itertools
-import json
 import platform
 import sys
 import time
@@ -35,6 +34,7 @@ from baselines.policies import make_policy
 from benchmarks._naive_env import NaiveEnv
 from benchmarks.speed import physics_and_lidar
 from envs.rendezvous_v0 import parallel_env
+from wifipgo.whole_files import write_json
 
 _WINDOWS = 3
 _N_ACTIONS = 64
@@ -203,10 +203,7 @@ def main(config: PeersConfig) -> None:
     rows = [measure(peer, config.seconds) for peer in track(list(peers()), "peers", console=console)]
     show(rows, console)
     if config.json is not None:
-        config.json.parent.mkdir(parents=True, exist_ok=True)
-        staged = config.json.with_suffix(".tmp")
-        staged.write_text(json.dumps([row._asdict() for row in rows], indent=2) + "\n")
-        staged.replace(config.json)
+        write_json(config.json, [row._asdict() for row in rows], allow_nan=True)
 
 
 if __name__ == "__main__":

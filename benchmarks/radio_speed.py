@@ -13,7 +13,6 @@ import os
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
-import json
 import platform
 import sys
 import time
@@ -30,6 +29,7 @@ from rich.table import Table
 from wifipgo.radio import aoa, csi
 from wifipgo.radio.materials import Slab
 from wifipgo.radio.paths import Paths, Surfaces, surfaces_of, trace_paths
+from wifipgo.whole_files import write_json
 
 RADIO, TURN = csi.RadioConfig(), aoa.AoaConfig()
 GAP = {"antenna_gap_m": TURN.antenna_gap_m, "wavelength_m": RADIO.wavelength_m}
@@ -198,10 +198,7 @@ def main(config: SpeedConfig) -> None:
     rows = [*profile_rows(config.seconds), *csi_rows(config.seconds), *path_rows(config.seconds)]
     show(rows, Console(width=None if sys.stdout.isatty() else 140))
     if config.json is not None:
-        config.json.parent.mkdir(parents=True, exist_ok=True)
-        staged = config.json.with_suffix(".tmp")
-        staged.write_text(json.dumps([row._asdict() for row in rows], indent=2) + "\n")
-        staged.replace(config.json)
+        write_json(config.json, [row._asdict() for row in rows], allow_nan=True)
 
 
 if __name__ == "__main__":

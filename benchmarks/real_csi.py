@@ -15,7 +15,6 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import math
 import sys
 from collections.abc import Sequence
-from json import dumps
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -31,6 +30,7 @@ from scipy.stats import bootstrap
 from wifipgo.radio.expected_error import confidences, least_confident
 from wifipgo.radio.recordings import bearing
 from wifipgo.radio.wsr import Link, read_links
+from wifipgo.whole_files import write_json
 
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
 DATA = Path(os.environ.get("WIFIPGO_DATA", BESIDE)) / "wsr"
@@ -267,10 +267,7 @@ def write(rows: Sequence[Row], out: np.ndarray, content: Sequence[dict[str, Any]
         for name, value, most in targets(content)
     ]
     whole = {"truth": "mean aperture position", "targets": reached, "groups": content, "links": links}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    staged = path.with_suffix(".tmp")
-    staged.write_text(dumps(whole, indent=2) + "\n", "utf-8")
-    staged.replace(path)
+    write_json(path, whole, allow_nan=True)
 
 
 def main(

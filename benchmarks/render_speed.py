@@ -11,7 +11,6 @@ import os
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
-import json
 import sys
 import time
 from collections.abc import Callable
@@ -30,6 +29,7 @@ from envs._render import Viewer
 from envs._render_config import RenderConfig
 from wifipgo.scenarios import SCENARIOS
 from wifipgo.state import Tick, World
+from wifipgo.whole_files import write_json
 
 TARGET_FPS = {"paper-sim-50": 200.0}
 _SCENARIOS = ("paper-hw-2", "paper-hw-2-obstacles", "paper-sim-50")
@@ -112,10 +112,7 @@ def main(config: RenderSpeedConfig) -> None:
     show(rows, Console(width=None if sys.stdout.isatty() else 100))
     if config.json is not None:
         content = [row._asdict() | {"frames_s": 1e3 / row.median_ms} for row in rows]
-        config.json.parent.mkdir(parents=True, exist_ok=True)
-        staged = config.json.with_suffix(".tmp")
-        staged.write_text(json.dumps(content, indent=2) + "\n")
-        staged.replace(config.json)
+        write_json(config.json, content, allow_nan=True)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,6 @@ import os
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
-import json
 import platform
 import sys
 import time
@@ -33,6 +32,7 @@ from envs.rendezvous_v0 import RendezvousEnv, parallel_env
 from wifipgo.graph import residual_error, solve
 from wifipgo.radio.hearing import listen, probe_links
 from wifipgo.rendezvous import NOBODY
+from wifipgo.whole_files import write_json
 from wifipgo.world.lidar import scan
 
 # What one core has to reach (environment-steps a second, or agent-steps where said).
@@ -200,10 +200,7 @@ def main(config: SpeedConfig) -> None:
             row._asdict() | {"env_steps_s": row.env_steps_s, "agent_steps_s": row.agent_steps_s}
             for row in rows
         ]
-        config.json.parent.mkdir(parents=True, exist_ok=True)
-        staged = config.json.with_suffix(".tmp")
-        staged.write_text(json.dumps(content, indent=2) + "\n")
-        staged.replace(config.json)
+        write_json(config.json, content, allow_nan=True)
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Polygon
 
 from envs._rendezvous import RendezvousEnv
+from wifipgo.whole_files import appearing
 
 # Okabe and Ito's palette, which colour-blind readers tell apart.
 _COLOURS = ("#009E73", "#CC79A7", "#0072B2", "#E69F00", "#56B4E9", "#D55E00")
@@ -36,9 +37,8 @@ def draw_room(path: Path, env: RendezvousEnv, *, seed: int) -> None:
     axes.set(xlim=(low, high), ylim=(low, high), xlabel="x (m)", ylabel="y (m)", aspect="equal")
     figure.legend(handles=_key(env), loc="outside lower center", ncols=3, frameon=False)
     path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(path.name + ".tmp")
-    figure.savefig(unfinished, format="png")
-    unfinished.replace(path)
+    with appearing(path) as unfinished:
+        figure.savefig(unfinished, format="png")
 
 
 def _draw_walls(axes: Axes, env: RendezvousEnv) -> None:

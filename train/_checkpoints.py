@@ -17,9 +17,9 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from baselines._network import Network, load_network, plain, refuse_other_layout
 from baselines._plan import differences
-from baselines._results import write_json
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
+from wifipgo.whole_files import write_json
 
 _FILES = ("model.zip", "vecnormalize.pkl", "policy.npz", "state.json")
 

@@ -1,6 +1,5 @@
 """How good a policy is while it is trained: mapped share on worlds kept apart, beside scripted policies."""
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from baselines._network import Network
 from baselines.policies import Policy
 from train._config import SelectionConfig
 from wifipgo.scenarios import Scenario
+from wifipgo.whole_files import appearing
 
 LEARNED = "learned"
 _COLUMNS = ("agent_steps", "policy", "trial", "seed", "mapped_share")
@@ -68,12 +68,10 @@ class Curve:
         self.table = pd.concat([self.table, new], ignore_index=True) if len(self.table) else new
 
     def _write(self) -> None:
-        unfinished = self._out / "curve.parquet.tmp"
-        self.table.to_parquet(unfinished, index=False)
-        os.replace(unfinished, self._out / "curve.parquet")
-        picture = self._out / "curve.tmp.png"
-        drawn(self.table, self._scenario.name).savefig(picture, dpi=120)
-        os.replace(picture, self._out / "curve.png")
+        with appearing(self._out / "curve.parquet") as unfinished:
+            self.table.to_parquet(unfinished, index=False)
+        with appearing(self._out / "curve.png") as unfinished:
+            drawn(self.table, self._scenario.name).savefig(unfinished, dpi=120, format="png")
 
 
 def drawn(table: pd.DataFrame, title: str) -> Figure:

@@ -1,13 +1,10 @@
 """Train a policy with shared parameters: ``python -m train.ppo --config train/configs/paper-sim-2.yaml``."""
 
-import os
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from hashlib import sha256
-from pathlib import Path
-from typing import Any
 
 import pandas as pd
 import torch
@@ -20,7 +17,6 @@ from stable_baselines3.common.vec_env import VecNormalize
 
 from baselines._command import exit_code
 from baselines._report import say
-from baselines._results import write_json
 from baselines.policies import make_policy
 from train._checkpoints import Checkpoints, State
 from train._config import TrainConfig
@@ -34,6 +30,7 @@ from train._selection import Curve
 from train._versions import versions
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
+from wifipgo.whole_files import write_json, write_text
 
 __all__ = ["Run", "digest", "main", "train"]
 
@@ -207,15 +204,8 @@ def _claim(config: TrainConfig, checkpoints: Checkpoints) -> None:
         require(config.overwrite and ours, "out", rule, str(out))
         shutil.rmtree(out)
     out.mkdir(parents=True, exist_ok=True)
-    write_yaml(out / "config.yaml", record)
+    write_text(out / "config.yaml", yaml.safe_dump(dict(record), sort_keys=False))
     write_json(out / "versions.json", versions())
-
-
-def write_yaml(path: Path, values: Mapping[str, Any]) -> None:
-    """Write a file that is there whole or not at all."""
-    unfinished = path.with_suffix(".tmp")
-    unfinished.write_text(yaml.safe_dump(dict(values), sort_keys=False), encoding="utf-8")
-    os.replace(unfinished, path)
 
 
 def _table(config: TrainConfig) -> pd.DataFrame | None:

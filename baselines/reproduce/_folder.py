@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from baselines._plan import differences
-from baselines._results import is_done, write_json
+from baselines._results import is_done
 from wifipgo.errors import require
+from wifipgo.whole_files import write_json
 
 CONFIG, CLAIMS, PAGE, EPISODES, FAILURES = (
     "config.json",

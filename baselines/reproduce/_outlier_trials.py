@@ -1,6 +1,5 @@
 """What Fig. 10 is made of: runs until nine relative poses, and encounters of a grid."""
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -19,6 +18,7 @@ from wifipgo.graph.outliers import bearing, likelihood
 from wifipgo.graph.posegraph import select
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick
+from wifipgo.whole_files import appearing
 
 METHODS = ("none", "paper", "range_aware", "huber", "bearing")
 Arrays = Mapping[str, np.ndarray]
@@ -81,10 +81,8 @@ class Cell(NamedTuple):
 
 
 def _save(path: Path, result: Arrays) -> None:
-    unfinished = path.with_suffix(".tmp")
-    with unfinished.open("wb") as file:
+    with appearing(path) as unfinished, unfinished.open("wb") as file:
         np.savez(file, allow_pickle=False, **result)
-    os.replace(unfinished, path)
 
 
 def _load(path: Path) -> Arrays:

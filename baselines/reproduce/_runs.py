@@ -11,7 +11,6 @@ import pandas as pd
 from baselines._episodes import Episode, trial_seed
 from baselines._results import episodes_frame, steps_frame
 from baselines._workers import Task
-from baselines.policies import POLICIES
 from wifipgo.scenarios import Scenario, scenario_named
 
 MANY_ROBOTS = 10
@@ -76,15 +75,6 @@ def changed(scenario: str | Scenario, **overrides: object) -> Scenario:
     """A scenario with other values."""
     found = scenario_named(scenario) if isinstance(scenario, str) else scenario
     return found.with_overrides(**overrides) if overrides else found
-
-
-def offers(policy: str = "", **overrides: object) -> bool:
-    """Whether this version has a policy, and takes these values in a scenario."""
-    try:
-        changed("paper-hw-2", **overrides)
-    except ValueError:
-        return False
-    return not policy or policy.partition(":")[0] in POLICIES
 
 
 def write_data(folder: Path, runs: dict[str, list[Episode]]) -> None:

@@ -3,7 +3,7 @@
 from baselines._episodes import Episode
 from baselines._workers import Task
 from baselines.reproduce._claims import BESIDE, HEADLINE
-from baselines.reproduce._runs import Run, Setting, changed, offers, tasks_of
+from baselines.reproduce._runs import Run, Setting, changed, tasks_of
 from baselines.reproduce._sensitivity import all_runs, sensitivity_runs
 
 ROOMS = {
@@ -31,10 +31,8 @@ def runs() -> dict[str, dict[str, Run]]:
 def _policies(room: str) -> dict[str, Run]:
     found = {policy: Run(ROOMS[room], policy) for policy in ("active", "random")}
     found["oracle bearing"] = Run(ROOMS[room], "oracle_bearing")
-    if offers(estimator="every_step"):
-        every = changed(ROOMS[room], estimator="every_step")
-        found |= {f"{policy}, every step": Run(every, policy) for policy in ("random", "active")}
-    return found
+    every = changed(ROOMS[room], estimator="every_step")
+    return found | {f"{policy}, every step": Run(every, policy) for policy in ("random", "active")}
 
 
 def tasks(setting: Setting) -> list[Task]:

@@ -10,7 +10,7 @@ from baselines._workers import Task
 from baselines.reproduce import _draw, _rules
 from baselines.reproduce._claims import BESIDE, HEADLINE, Claim, Found, judged
 from baselines.reproduce._measures import column, err_ratio
-from baselines.reproduce._runs import Run, Setting, changed, offers, tasks_of, write_data
+from baselines.reproduce._runs import Run, Setting, changed, tasks_of, write_data
 
 TITLE = "2 robots in the light and in the dark: active against vision-based rendezvous"
 ROOMS = {"without obstacles": "paper-hw-2", "four obstacles": "paper-hw-2-obstacles"}
@@ -29,11 +29,8 @@ def runs() -> dict[str, dict[str, Run]]:
 
 
 def _policies(name: str) -> dict[str, Run]:
-    names = ["active", "random", *(["vision"] if offers("vision") else [])]
-    found = {policy: Run(changed(name), policy) for policy in names}
-    if offers(estimator="every_step"):
-        found["random, every step"] = Run(changed(name, estimator="every_step"), "random")
-    return found
+    found = {policy: Run(changed(name), policy) for policy in ("active", "random", "vision")}
+    return found | {"random, every step": Run(changed(name, estimator="every_step"), "random")}
 
 
 def tasks(setting: Setting) -> list[Task]:
@@ -49,8 +46,7 @@ def make(setting: Setting, folder: Path) -> list[Claim]:
     }
     write_data(folder, {f"{where}, {label}": e for where, of in played.items() for label, e in of.items()})
     _draw_lights(folder / "fig9.png", played)
-    claims = [_dark_as_light(played), _gain(played)]
-    return [*claims, _blind(played)] if offers("vision") else claims
+    return [_dark_as_light(played), _gain(played), _blind(played)]
 
 
 def _draw_lights(path: Path, played: Played) -> None:

@@ -7,7 +7,6 @@ folder a measurement between two robots stands in both files and counts once. In
 read as that of (x, y, z, rotation vector), as gtsam reads it.
 """
 
-import os
 from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
@@ -27,6 +26,7 @@ from wifipgo.graph._g2o_lines import (
     read_lines,
 )
 from wifipgo.graph.keyed import FREEDOM, PoseGraph, pose_graph
+from wifipgo.whole_files import write_text
 
 
 class Reading(NamedTuple):
@@ -201,7 +201,5 @@ def _write(
     edges: Bool[np.ndarray, " edges"],
 ) -> None:
     """Write the poses and edges of two masks."""
-    staged = path.with_suffix(".tmp")
     text = "".join(f"{line}\n" for line in (*pose_lines(graph, keys, poses), *edge_lines(graph, keys, edges)))
-    staged.write_text(text, encoding="utf-8")
-    os.replace(staged, path)
+    write_text(path, text)

@@ -1,6 +1,5 @@
 """Trajectories of all robots as TUM and KITTI files, which trajectory tools read."""
 
-import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from jaxtyping import Bool, Float
 from wifipgo import se3
 from wifipgo.errors import require
 from wifipgo.graph.keyed import PoseGraph, normalised
+from wifipgo.whole_files import write_text
 
 
 def write_tum(folder: Path, graph: PoseGraph, poses: Float[np.ndarray, "poses dims"]) -> None:
@@ -56,6 +56,4 @@ def _by_robot(
 
 def _write(path: Path, lines: Iterable[str]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    staged = path.with_suffix(".tmp")
-    staged.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
-    os.replace(staged, path)
+    write_text(path, "".join(f"{line}\n" for line in lines))

@@ -1,0 +1,34 @@
+"""A file is there whole or not at all, and what was there before stays until it is."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from wifipgo.whole_files import appearing, write_json
+
+
+def cut_short(path: Path, *, by_suffix: bool) -> None:
+    with appearing(path, by_suffix=by_suffix) as unfinished:
+        unfinished.write_text("half", encoding="utf-8")
+        assert (unfinished.suffix == path.suffix) is by_suffix
+        raise OSError("the disk is full")
+
+
+@pytest.mark.parametrize("by_suffix", [False, True])
+def test_a_failure_leaves_what_was_there_and_nothing_else(tmp_path: Path, by_suffix: bool) -> None:
+    path = tmp_path / "table.csv"
+    path.write_text("old", encoding="utf-8")
+    with pytest.raises(OSError, match="full"):
+        cut_short(path, by_suffix=by_suffix)
+    assert [p.name for p in tmp_path.iterdir()] == ["table.csv"]
+    assert path.read_text(encoding="utf-8") == "old"
+
+
+def test_json_that_cannot_be_written_leaves_the_old(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "summary.json"
+    write_json(path, {"mean": 1.5})
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        write_json(path, {"mean": float("nan")})
+    assert json.loads(path.read_text(encoding="utf-8")) == {"mean": 1.5}
+    assert [p.name for p in path.parent.iterdir()] == ["summary.json"]

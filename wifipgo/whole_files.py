@@ -1,0 +1,43 @@
+"""Files that are there whole or not at all: written under another name, then renamed."""
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+@contextmanager
+def appearing(path: Path, *, by_suffix: bool = False) -> Iterator[Path]:
+    """Give a name to write to; what is there at the end without failure gets the real name.
+
+    Args:
+        path: The real name.
+        by_suffix: Whether the writer goes by the suffix, which the other name then keeps. Otherwise that
+            ends in ``.tmp``, so that nobody who looks for files of a kind finds it.
+    """
+    name = f".{path.stem}.partial{path.suffix}" if by_suffix else f"{path.name}.tmp"
+    unfinished = path.with_name(name)
+    try:
+        yield unfinished
+        os.replace(unfinished, path)
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file as UTF-8."""
+    with appearing(path) as unfinished:
+        unfinished.write_text(text, encoding="utf-8")
+
+
+def write_json(path: Path, content: object, *, allow_nan: bool = False) -> None:
+    """Write a JSON file, and the folder that it is in.
+
+    Args:
+        path: Where to.
+        content: What `json` can write.
+        allow_nan: Whether numbers that JSON does not have are written as Python writes them, not refused.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_text(path, json.dumps(content, indent=2, allow_nan=allow_nan) + "\n")
