@@ -13,6 +13,7 @@ from matplotlib.patches import Circle, Patch, Polygon
 
 from envs._rendezvous import RendezvousEnv
 from wifipgo.whole_files import appearing
+from wifipgo.world.polygons import area_m2, convex_parts
 
 # Okabe and Ito's palette, which colour-blind readers tell apart.
 _COLOURS = ("#009E73", "#CC79A7", "#0072B2", "#E69F00", "#56B4E9", "#D55E00")
@@ -48,7 +49,7 @@ def _draw_walls(axes: Axes, env: RendezvousEnv) -> None:
         by_hand = k < n_by_hand
         axes.add_patch(Polygon(corners, closed=True, fc="0.65" if by_hand else "0.85", ec="0.35", lw=0.8))
         if by_hand:
-            x, y = corners.mean(axis=0).tolist()
+            x, y = max(convex_parts(corners), key=area_m2).mean(axis=0).tolist()  # not in a notch
             axes.text(x, y, str(k), ha="center", va="center", fontsize=8)
 
 

@@ -1,4 +1,4 @@
-"""A room of one's own from a file: walls that make an L, unequal robots, boxes that grow in number.
+"""A room of one's own from a file: a wall in the shape of an L, unequal robots, boxes that grow in number.
 
 Run: python examples/03_own_room.py
 """
@@ -19,9 +19,8 @@ n_steps = 15
 [arena]
 size_m = 12
 obstacle_material = "brick"
-obstacles_m = [            # convex parts may touch: these two make an L
-  [[4, 4], [8, 4], [8, 4.5], [4, 4.5]],
-  [[4, 4.5], [4.5, 4.5], [4.5, 8], [4, 8]],
+obstacles_m = [            # polygons of any shape; this one is an L
+  [[4, 4], [8, 4], [8, 4.5], [4.5, 4.5], [4.5, 8], [4, 8]],
 ]
 starts = [[2, 2, 0], [10, 10, 3.14]]
 step_scale = [1.0, 0.5]    # the second robot is slow,

@@ -42,6 +42,7 @@ PAPER_VALUES: Mapping[str, Mapping[Any, str]] = MappingProxyType(
         "outlier_max_sigma": {3.0: "Sec. 7.3"},
         "carrier_hz": {5e9: "Sec. 7.2.1"},
         "antenna_gap_m": {0.22: "Sec. 7.2.1"},
+        "turn_rad": {90.0 * _DEG: "Sec. 4"},
         "aoa_estimator": {"ratio": "Eq. 5"},
         "err_threshold": {10.0: "Sec. 7.1.2"},
         "outliers": {"paper": "Eq. 11"},

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from image_method import Face, all_paths
+from polyominoes import grown, outline
 
 from wifipgo.radio.materials import MATERIALS, SPEED_OF_LIGHT_M_S, Material, Slab
-from wifipgo.radio.paths import Surfaces, surfaces_of, trace_paths
+from wifipgo.radio.paths import Paths, Surfaces, surfaces_of, trace_paths
 from wifipgo.se2 import wrap_angle
 from wifipgo.segments import cross, crossings, distance_to_segments, polygon_edges
 
@@ -96,7 +97,11 @@ def scene(seed: int, *, convex: bool, n_links: int = 4) -> Scene:
 @pytest.mark.parametrize("seed", range(12))
 def test_random_scenes_match_second_tracer(seed: int, convex: bool, penetration: bool) -> None:
     """Same paths of order 0 to 2 one to one, with the same delays, azimuths and gains."""
-    drawn = scene(seed, convex=convex)
+    compare(scene(seed, convex=convex), penetration=penetration)
+
+
+def compare(drawn: Scene, *, penetration: bool) -> Paths:
+    """Hold our paths to those of the second tracer; returns ours."""
     surfaces = drawn.surfaces()
     ours = trace_paths(
         drawn.tx_m, drawn.rx_m, surfaces, carrier_hz=drawn.carrier_hz, max_order=2, penetration=penetration
@@ -117,6 +122,34 @@ def test_random_scenes_match_second_tracer(seed: int, convex: bool, penetration:
             (ours.azimuth_tx_rad, [path.azimuth_tx_rad for path in theirs]),
         ):
             np.testing.assert_allclose(wrap_angle(got[link, row] - expected), 0.0, atol=1e-7)
+    return ours
+
+
+def notched(seed: int, n_links: int = 6) -> Scene:
+    """Two shapes of squares of 0.7 m, turned by any angle, with links in and about the notches of one."""
+    rng = np.random.default_rng(seed)
+    room_m = np.array([[-8.0, -5.0], [6.0, -5.0], [6.0, 5.0], [-8.0, 5.0]])
+    obstacles_m = []
+    for middle_m in ([-2.8, 0.0], [2.8, 0.0]):
+        turn = np.exp(1j * rng.uniform(0.0, 6.0))
+        corners_m = 0.7 * (np.array(outline(grown(rng, 9, 4))) - 2.0) @ (1.0, 1.0j) * turn
+        obstacles_m.append(middle_m + np.stack([corners_m.real, corners_m.imag], axis=-1))
+    slabs = [Slab(SLABS[rng.integers(len(SLABS))], float(rng.uniform(0.005, 0.25))) for _ in range(6)]
+    points_m = np.array([-2.8, 0.0]) + rng.uniform(-1.6, 1.6, (400, 2))
+    edges_m = np.concatenate([polygon_edges(room_m), *map(polygon_edges, obstacles_m)])
+    points_m = points_m[in_the_open(points_m, edges_m)]
+    return Scene(room_m, obstacles_m, slabs, 5e9, points_m[:n_links], points_m[n_links : 2 * n_links])
+
+
+@pytest.mark.parametrize("penetration", [True, False])
+def test_links_in_notches_match_second_tracer(penetration: bool) -> None:
+    """Ls, Us and worse: faces that see each other, and rays that an obstacle's own arms cut."""
+    n_short = 0
+    for seed in range(10):
+        ours = compare(notched(seed), penetration=penetration)
+        near = ours.delay_s * SPEED_OF_LIGHT_M_S < 4.0
+        n_short += int(np.count_nonzero(near & (ours.order > 0)))
+    assert n_short > 20  # echoes off the obstacles: a way by a wall of the room is longer
 
 
 def test_random_scenes_are_of_all_kinds() -> None:

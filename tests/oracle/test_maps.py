@@ -10,10 +10,14 @@ from scipy.spatial import ConvexHull
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.scenarios import scenario_named
 from wifipgo.world.layout import ArenaConfig, random_layout
-from wifipgo.world.maps import area_m2, check_apart, floor_of, gap_to_obstacles, inside_polygon
+from wifipgo.world.maps import check_apart, floor_of, gap_to_obstacles
+from wifipgo.world.polygons import area_m2, inside_polygon
 
 Corners = tuple[tuple[float, float], ...]
 BOX: Corners = ((2.0, 2.0), (4.0, 2.0), (4.0, 3.0), (2.0, 3.0))
+ELL: Corners = ((9, 9), (18, 9), (18, 10), (10, 10), (10, 18), (9, 18))
+# Fills the room but for a slit that no robot fits into.
+SLIT: Corners = ((0, 0), (20, 0), (20, 20), (10.2, 20), (10.2, 5), (10, 5), (10, 20), (0, 20))
 DIVIDER: Corners = ((9.0, 0.0), (11.0, 0.0), (11.0, 20.0), (9.0, 20.0))
 
 
@@ -69,18 +73,24 @@ def test_order_and_first_corner_do_not_matter(seed: int, n: int, turn: int) -> N
     ("changes", "message"),
     [
         ({"obstacles_m": (BOX, ((1, 1), (2, 1)))}, r"obstacles_m\[1\] must be at least 3 corners"),
-        ({"obstacles_m": (((1, 1), (2, 2), (3, 3)),)}, r"obstacles_m\[0\] must be convex, with an area"),
-        ({"obstacles_m": (((1, 1), (4, 1), (2, 2), (1, 4)),)}, r"obstacles_m\[0\] must be convex"),
-        ({"obstacles_m": (((1, 1), (4, 4), (4, 1), (1, 4)),)}, r"obstacles_m\[0\] must be convex"),
-        ({"obstacles_m": (BOX, ((1, 1), (1, 1), (4, 1), (1, 4)))}, r"obstacles_m\[1\] must be convex"),
+        ({"obstacles_m": (((1, 1), (2, 2), (3, 3)),)}, r"obstacles_m\[0\] must be of some area"),
+        ({"obstacles_m": (((1, 1), (4, 4), (4, 1), (1, 4)),)}, r"obstacles_m\[0\] .* no edge that crosses"),
+        ({"obstacles_m": (BOX, ((1, 1), (1, 1), (4, 1), (1, 4)))}, r"obstacles_m\[1\] must be of some area"),
+        ({"obstacles_m": (BOX, ((5, 5), (9, 5), (9, 9), (7, 5)))}, r"obstacles_m\[1\] .* or touches another"),
         ({"obstacles_m": (BOX, box(19, 5, 2, 1))}, r"obstacles_m\[1\] must be in the room, 0\.\.20 m"),
         ({"obstacles_m": (BOX, box(3, 2.5, 2, 2))}, r"obstacles_m\[1\] must be clear of .*obstacles_m\[0\]"),
         ({"obstacles_m": (BOX, box(2.5, 2.2, 0.5, 0.5))}, r"obstacles_m\[1\] must be clear of"),
         ({"obstacles_m": (BOX, BOX)}, r"obstacles_m\[1\] must be clear of"),
+        ({"obstacles_m": (ELL, box(8.5, 15, 1, 1))}, r"obstacles_m\[1\] must be clear of .*obstacles_m\[0\]"),
+        (
+            {"obstacles_m": (ELL, box(11, 11, 1, 1), ELL)},
+            r"obstacles_m\[2\] must be clear of .*obstacles_m\[0\]",
+        ),
         (
             {"obstacles_m": (box(0, 0, 20, 20),)},
             r"obstacles_m\[0\] must be small enough to leave a robot room",
         ),
+        ({"obstacles_m": (SLIT,)}, r"obstacles_m\[0\] must be small enough to leave a robot room"),
         (
             {"obstacles_m": (((1, 1, 1), (4, 1, 1), (1, 4, 1)),)},
             r"obstacles_m\[0\]\[0\] must be 2 numbers long",
@@ -89,6 +99,10 @@ def test_order_and_first_corner_do_not_matter(seed: int, n: int, turn: int) -> N
         ({"obstacles_m": (((1, 1), (4, np.nan), (1, 4)),)}, r"obstacles_m\[0\]\[1\]\[1\] must be finite"),
         ({"starts": ((1, 1, 0), (3.0, 2.5, 0))}, r"starts\[1\] must be a robot's radius .*obstacles_m\[0\]"),
         ({"starts": ((1, 1, 0), (4.1, 2.5, 0))}, r"starts\[1\] must be a robot's radius .*obstacles_m\[0\]"),
+        (
+            {"starts": ((11, 11, 0), (9.5, 17, 0)), "obstacles_m": (BOX, ELL)},
+            r"starts\[1\] must be a robot's radius .*obstacles_m\[1\]",
+        ),
         ({"starts": ((0.1, 1, 0), (6, 6, 0))}, r"starts\[0\] must be a robot's radius inside the room"),
         ({"starts": ((1, 1, 0), (1.2, 1, 0))}, r"starts\[1\] must be two radii .* from .*starts\[0\]"),
         ({"starts": ((1, 1, 0),)}, r"starts must be empty or 2 long"),

@@ -58,7 +58,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AoaConfig:
-    """Antenna pair, turn and grid. Gap and quarter turn: paper Secs. 4 and 7.2.1; the rest is ours.
+    """Antenna pair, turn and grid. Quarter turn: paper Sec. 4; gap: Sec. 7.2.1; the rest is ours.
 
     ``n_paths`` is the size of MUSIC's signal subspace, and only its. The product of two paths
     spans three dimensions over subcarriers: their own terms, which share one, and the

@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float
 
 from wifipgo import se2
 from wifipgo.world.layout import ArenaConfig, Layout
+from wifipgo.world.polygons import convex_parts
 
 _COMMANDS_PER_DRIVE = 4
 _SETTLE_SUBSTEPS = 3
@@ -58,7 +59,8 @@ class Arena:
             a, b = start + out - thick_m * along, end + out + thick_m * along
             self._space.add(self._static(pymunk.Segment(ground, tuple(a), tuple(b), thick_m)))
         for corners in layout.obstacles_m:
-            self._space.add(self._static(pymunk.Poly(ground, corners.tolist())))
+            for part in convex_parts(corners):  # pymunk takes the hull of any other
+                self._space.add(self._static(pymunk.Poly(ground, part.tolist())))
 
     @staticmethod
     def _static(shape: pymunk.Shape) -> pymunk.Shape:

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float, Int
 from wifipgo import segments
 from wifipgo.errors import require
 from wifipgo.world.layout import Layout
-from wifipgo.world.maps import inside_polygon
+from wifipgo.world.polygons import inside_polygon
 
 CELL_M = 1.0
 # A place counts as mapped if the map has it this close to the truth.

@@ -11,6 +11,7 @@ from wifipgo.errors import require
 from wifipgo.settings import fitted
 from wifipgo.world import maps
 from wifipgo.world.maps import Corners, gap_to_obstacles
+from wifipgo.world.polygons import area_m2
 
 # So many boxes or starts in a row that do not fit, and the room is taken to be full.
 _TRIES = 2_000
@@ -27,8 +28,8 @@ class ArenaConfig:
         obstacle_min_m, obstacle_max_m: Sides of a random box. Boxes by density are shrunk together until
             their share is exact.
         clearance_m: Passage that a random box leaves to walls and to other obstacles.
-        obstacles_m: Convex obstacles that stand there in every episode, each a tuple of corners (x, y) in
-            order; they may touch but not overlap.
+        obstacles_m: Obstacles that stand there in every episode, each a polygon of any shape as a tuple
+            of corners (x, y) in order; they may touch but not overlap.
         starts: Pose (x, y, yaw in rad) at which each robot starts; empty for random ones.
         robot_radius_m: Radius of a robot's body, a disc.
         step_m: How far a robot drives in an iteration at most.
@@ -117,7 +118,7 @@ class Layout:
 
     Attributes:
         walls_m: Edges of the room, counter-clockwise.
-        obstacles_m: Corners of each convex obstacle, counter-clockwise.
+        obstacles_m: Corners of each obstacle, counter-clockwise.
         starts: Poses of the robots, ``T_world_robot``.
     """
 
@@ -163,7 +164,7 @@ def _may_be_nearer(a: np.ndarray, b: np.ndarray, gap_m: float) -> bool:
 
 
 def _box_gap(a: np.ndarray, b: np.ndarray) -> float:
-    """Distance between two convex polygons, 0 if they overlap."""
+    """Distance between two polygons, 0 if they overlap."""
     if segments.crossings(a, np.roll(a, -1, axis=0), segments.polygon_edges(b)).any():
         return 0.0
     return float(min(gap_to_obstacles(a, [b]).min(), gap_to_obstacles(b, [a]).min()))
@@ -185,7 +186,7 @@ def random_obstacles(cfg: ArenaConfig, *, rng: np.random.Generator) -> list[Floa
         box = _random_box(cfg, rng)
         if _fits(box, [*by_hand, *boxes], cfg):
             boxes.append(box)
-            covered_m2, misses = covered_m2 + maps.area_m2(box), 0
+            covered_m2, misses = covered_m2 + area_m2(box), 0
         elif (misses := misses + 1) == _TRIES:
             _refuse_boxes(cfg, len(boxes), covered_m2)
     return [_shrunk(box, np.sqrt(goal_m2 / covered_m2)) for box in boxes] if goal_m2 else boxes

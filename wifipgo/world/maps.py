@@ -1,36 +1,26 @@
-"""Obstacle maps: convex polygons and starts given by hand, checked before anything is built on them.
+"""Obstacle maps: polygons and starts given by hand, checked before anything is built on them.
 
-The rules: every obstacle is convex, has an area and lies in the room; no two overlap, though they may touch,
-so a shape that is not convex is put together from convex parts. The floor on which a robot fits may
-fall into parts; then all starts lie in one of them.
+The rules: every obstacle is a simple polygon, has an area and lies in the room; no two overlap, though they
+may touch, which is how to close a ring. The floor on which a robot fits may fall into parts; then all
+starts lie in one of them.
 """
 
 import functools
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 from scipy import ndimage
 
 from wifipgo import segments
 from wifipgo.errors import require
+from wifipgo.world.polygons import TINY_M, area_m2, convex_parts, inside_polygon, is_simple
 
 Corners = tuple[tuple[float, float], ...]
 # What messages call them.
 OBSTACLES, STARTS = "ArenaConfig.obstacles_m", "ArenaConfig.starts"
-# Lengths below this are rounding, in room of up to kilometres.
-_TINY_M = 1e-9
 # Cells of the floor are half a robot's radius wide, but there are at most this many along a side.
 _MOST_CELLS = 400
-
-
-def inside_polygon(
-    p_m: Float[np.ndarray, "points 2"], corners_m: Float[np.ndarray, "corners 2"]
-) -> Bool[np.ndarray, " points"]:
-    """Which points lie inside a convex counter-clockwise polygon."""
-    edges = segments.polygon_edges(corners_m)
-    side = segments.cross((edges[:, 1] - edges[:, 0])[None], p_m[:, None] - edges[None, :, 0])
-    return np.all(side > 0.0, axis=1)
 
 
 def gap_to_obstacles(
@@ -44,16 +34,12 @@ def gap_to_obstacles(
     return gap
 
 
-def area_m2(corners_m: Float[np.ndarray, "corners 2"]) -> float:
-    """Area of a polygon, positive if it is counter-clockwise."""
-    return float(0.5 * segments.cross(corners_m, np.roll(corners_m, -1, axis=0)).sum())
-
-
 def counter_clockwise(obstacles_m: Sequence[Corners], *, size_m: float) -> tuple[Corners, ...]:
     """Check each obstacle by itself and turn it counter-clockwise.
 
     Raises:
-        ValueError: One that has fewer than three corners, is not convex or not in the room; names its index.
+        ValueError: One that has fewer than three corners, crosses or touches itself, has no area or is
+            not in the room; names its index.
     """
     out = []
     for k, corners in enumerate(obstacles_m):
@@ -61,22 +47,12 @@ def counter_clockwise(obstacles_m: Sequence[Corners], *, size_m: float) -> tuple
         require(len(corners) >= 3, name, "at least 3 corners", corners)
         points = np.array(corners)
         points = points if area_m2(points) > 0.0 else points[::-1]
-        require(_turns_left_once(points), name, "convex, with an area and corners in order", corners)
-        inside = points.min() >= -_TINY_M and points.max() <= size_m + _TINY_M
+        proper = is_simple(points) and area_m2(points) > TINY_M
+        require(proper, name, "of some area, with no edge that crosses or touches another", corners)
+        inside = points.min() >= -TINY_M and points.max() <= size_m + TINY_M
         require(inside, name, f"in the room, 0..{size_m:g} m", corners)
         out.append(tuple((float(x), float(y)) for x, y in points))
     return tuple(out)
-
-
-def _turns_left_once(corners_m: np.ndarray) -> bool:
-    """Whether a polygon turns left at every corner, and around once: convex, and no star."""
-    edges = np.roll(corners_m, -1, axis=0) - corners_m
-    length = np.hypot(*edges.T)
-    if length.min() <= _TINY_M or area_m2(corners_m) <= _TINY_M:
-        return False
-    after = np.roll(edges, -1, axis=0)
-    turn = np.arctan2(segments.cross(edges, after), (edges * after).sum(axis=1))
-    return bool(turn.min() >= -_TINY_M and turn.max() < np.pi - 1e-6 and turn.sum() < 2.5 * np.pi)
 
 
 def check_apart(obstacles_m: Sequence[Corners]) -> None:
@@ -85,10 +61,10 @@ def check_apart(obstacles_m: Sequence[Corners]) -> None:
     Raises:
         ValueError: Two that overlap; names both indices.
     """
-    polygons = [np.array(corners) for corners in obstacles_m]
-    for later, polygon in enumerate(polygons):
+    parts = [convex_parts(np.array(corners)) for corners in obstacles_m]
+    for later, own in enumerate(parts):
         for earlier in range(later):
-            apart = _separated(polygons[earlier], polygon)
+            apart = all(_separated(a, b) for a in parts[earlier] for b in own)
             require(apart, f"{OBSTACLES}[{later}]", f"clear of {OBSTACLES}[{earlier}]", obstacles_m[later])
 
 
@@ -102,7 +78,7 @@ def _has_outer_edge(of: np.ndarray, other: np.ndarray) -> bool:
     along = edges[:, 1] - edges[:, 0]
     along /= np.hypot(*along.T)[:, None]
     depth_m = segments.cross(along[:, None], other[None] - edges[:, None, 0])
-    return bool((depth_m.max(axis=1) <= _TINY_M).any())
+    return bool((depth_m.max(axis=1) <= TINY_M).any())
 
 
 def check_starts(

@@ -1,0 +1,95 @@
+"""Simple polygons of any shape: what lies inside, and the convex parts that they consist of.
+
+Physics and the test for overlap need convex parts, so there is one way to cut, along diagonals, which adds
+no corners: every part's corners are the polygon's own.
+"""
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from wifipgo.segments import cross, crossings, distance_to_segments, polygon_edges
+
+# Lengths below this are rounding, in rooms of up to kilometres.
+TINY_M = 1e-9
+# A corner that turns by less (sine of the angle) is straight.
+_STRAIGHT = 1e-9
+
+
+def inside_polygon(
+    p_m: Float[np.ndarray, "points 2"], corners_m: Float[np.ndarray, "corners 2"]
+) -> Bool[np.ndarray, " points"]:
+    """Which points lie inside a simple polygon; its edges do not.
+
+    A ray in the direction of x leaves the polygon through an odd number of edges from inside.
+    """
+    start, end = polygon_edges(corners_m).swapaxes(0, 1)
+    from_start, from_end = p_m[:, None] - start, p_m[:, None] - end
+    side = cross((end - start)[None], from_start)
+    spans = (from_start[..., 1] >= 0.0) != (from_end[..., 1] >= 0.0)
+    met = spans & ((side > 0.0) == (end[:, 1] > start[:, 1]))
+    on_edge = (side == 0.0) & (from_start * from_end <= 0.0).all(axis=-1)
+    return (np.count_nonzero(met, axis=1) % 2 == 1) & ~on_edge.any(axis=1)
+
+
+def area_m2(corners_m: Float[np.ndarray, "corners 2"]) -> float:
+    """Area of a simple polygon, positive if it is counter-clockwise."""
+    return float(0.5 * cross(corners_m, np.roll(corners_m, -1, axis=0)).sum())
+
+
+def is_simple(corners_m: Float[np.ndarray, "corners 2"]) -> bool:
+    """Whether all edges have a length, and meet only where two in a row share a corner."""
+    edges = polygon_edges(corners_m)
+    if np.hypot(*(edges[:, 1] - edges[:, 0]).T).min() <= TINY_M:
+        return False
+    own = np.eye(len(edges), dtype=bool)
+    own |= np.roll(own, -1, axis=1)  # a corner starts one edge and ends the one before
+    if distance_to_segments(corners_m, edges)[~own].min() <= TINY_M:
+        return False
+    return not crossings(edges[:, 0], edges[:, 1], edges).any()
+
+
+def convex_parts(corners_m: Float[np.ndarray, "corners 2"]) -> list[Float[np.ndarray, "_ 2"]]:
+    """Convex polygons that fill a simple counter-clockwise one; itself if it is convex."""
+    todo, parts = [corners_m], []
+    while todo:
+        polygon = todo.pop()
+        turns = _turns(polygon)
+        sharpest = int(turns.argmin())
+        if turns[sharpest] >= -_STRAIGHT:
+            parts.append(polygon)
+            continue
+        polygon = np.roll(polygon, -sharpest, axis=0)
+        end = _cut_from_first(polygon)
+        todo += [polygon[: end + 1], np.concatenate([polygon[end:], polygon[:1]])]
+    return parts
+
+
+def _turns(corners_m: np.ndarray) -> Float[np.ndarray, " corners"]:
+    """Sine of the turn at each corner, positive to the left."""
+    after = np.roll(corners_m, -1, axis=0) - corners_m
+    after /= np.hypot(*after.T)[:, None]
+    return cross(np.roll(after, 1, axis=0), after)
+
+
+def _cut_from_first(corners_m: np.ndarray) -> int:
+    """Corner to cut to from corner 0, at which the polygon turns right.
+
+    The shortest diagonal that leaves no right turn at corner 0, else the shortest; a corner that turns right
+    always has one.
+    """
+    first, last, ends = corners_m[0], corners_m[-1], np.arange(2, len(corners_m) - 1)
+    way = corners_m[ends] - first
+    straightens = (cross(corners_m[1] - first, way) >= 0.0) & (cross(first - last, way) >= 0.0)
+    rank = np.hypot(*way.T) + np.where(straightens, 0.0, np.ptp(corners_m, axis=0).sum())
+    within = ends[_are_diagonals(corners_m, ends)]
+    return int(within[rank[within - 2].argmin()])
+
+
+def _are_diagonals(corners_m: np.ndarray, ends: np.ndarray) -> Bool[np.ndarray, " ends"]:
+    """Which straight ways from corner 0 to others run inside the polygon and meet it at their ends only."""
+    ways = np.stack([np.broadcast_to(corners_m[0], (len(ends), 2)), corners_m[ends]], axis=1)
+    away_m = distance_to_segments(corners_m, ways)
+    away_m[0] = away_m[ends, np.arange(len(ends))] = np.inf
+    free = away_m.min(axis=0) > TINY_M
+    free &= ~crossings(ways[:, 0], ways[:, 1], polygon_edges(corners_m)).any(axis=1)
+    return free & inside_polygon(ways.mean(axis=1), corners_m)
