@@ -6,7 +6,9 @@ from jaxtyping import Bool, Float
 
 def polygon_edges(corners_m: Float[np.ndarray, "corners 2"]) -> Float[np.ndarray, "corners 2 2"]:
     """Edges of a closed polygon, in its own order."""
-    return np.stack([corners_m, np.roll(corners_m, -1, axis=0)], axis=1)
+    edges_m = np.empty((len(corners_m), 2, 2))
+    edges_m[:, 0], edges_m[:-1, 1], edges_m[-1:, 1] = corners_m, corners_m[1:], corners_m[:1]
+    return edges_m
 
 
 def cross(a: Float[np.ndarray, "... 2"], b: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "..."]:

@@ -22,13 +22,17 @@ def inside_polygon(
 
     A ray in the direction of x leaves the polygon through an odd number of edges from inside.
     """
-    start, end = polygon_edges(corners_m).swapaxes(0, 1)
-    from_start, from_end = p_m[:, None] - start, p_m[:, None] - end
-    side = cross((end - start)[None], from_start)
-    spans = (from_start[..., 1] >= 0.0) != (from_end[..., 1] >= 0.0)
-    met = spans & ((side > 0.0) == (end[:, 1] > start[:, 1]))
-    on_edge = (side == 0.0) & (from_start * from_end <= 0.0).all(axis=-1)
-    return (np.count_nonzero(met, axis=1) % 2 == 1) & ~on_edge.any(axis=1)
+    start_m, end_m = polygon_edges(corners_m).swapaxes(0, 1)
+    side = cross((end_m - start_m)[None], p_m[:, None] - start_m)
+    y_m = p_m[:, 1:]
+    met = (y_m < start_m[:, 1]) != (y_m < end_m[:, 1])
+    met &= (side > 0.0) == (end_m[:, 1] > start_m[:, 1])
+    inside = np.logical_xor.reduce(met, axis=1)
+    point, edge = np.nonzero(side == 0.0)  # on the line of an edge, rarely
+    if len(point):
+        beyond = (p_m[point] - start_m[edge]) * (p_m[point] - end_m[edge]) > 0.0
+        inside[point[~beyond.any(axis=1)]] = False
+    return inside
 
 
 def area_m2(corners_m: Float[np.ndarray, "corners 2"]) -> float:
