@@ -98,12 +98,12 @@ def advance(tick: Tick, commands: Commands, *, world: World, scenario: Scenario,
     motion = odometry(before, drive.poses, cfg=scenario.sensing, rng=streams.odometry)
     after = _sensed(
         _moved(tick.truth, drive, world, scenario),
-        replace(_dead_reckoned(belief, motion, scenario), calls=calls),
+        _dead_reckoned(belief, motion, scenario)._replace(calls=calls),
         world=world,
         scenario=scenario,
         streams=streams,
     )
-    return replace(after, belief=taken_stock(belief, after.belief, scenario))
+    return after._replace(belief=taken_stock(belief, after.belief, scenario))
 
 
 def _first_belief(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> Belief:
@@ -162,8 +162,7 @@ def _dead_reckoned(belief: Belief, motion: Float[np.ndarray, "robots 3"], scenar
     now = se2.compose(before, motion)
     covariance = dead_reckoned(belief.covariance, before, now, sigma)
     recorded = dead_reckoned(belief.recorded[:, -1], before, now, sigma)
-    return replace(
-        belief,
+    return belief._replace(
         estimate=np.concatenate([belief.estimate, now[:, None]], axis=1),
         covariance=covariance,
         trail=np.concatenate([belief.trail, covariance[:, None]], axis=1),
@@ -185,8 +184,7 @@ def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, s
     n_packets = len(pings.observer) * scenario.turn.n_positions
     linked = links.rate_mbit_s >= link.q_mbit_s
     edges, n_bytes = _told_where_linked(extended(belief.edges, *found), belief.estimate, linked)
-    belief = replace(
-        belief,
+    belief = belief._replace(
         edges=edges,
         bearings=extended_bearings(belief.bearings, directions) if len(directions) else belief.bearings,
         pings=extended_pings(belief.pings, pings),
@@ -214,8 +212,7 @@ def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, s
 def _concluded(belief: Belief, scenario: Scenario) -> Belief:
     """Error, demands and discrepancies after all that was measured and optimised."""
     calls = raise_demands(belief.calls, belief.rate_mbit_s, step_mbit_s=1.0)
-    return replace(
-        belief,
+    return belief._replace(
         err=residual_error(belief.estimate, belief.edges, weights=scenario.rendezvous.err_weights),
         calls=calls,
         discrepancy=discrepancies(calls, belief.rate_mbit_s, cfg=scenario.link),
@@ -287,4 +284,4 @@ def _solved_at_every_step(belief: Belief, memory: Memory) -> Belief:
     edges = belief.edges
     for group in belief.met:
         edges = retold(edges, estimate, robots=group)
-    return replace(belief, estimate=estimate, covariance=covariance, edges=edges)
+    return belief._replace(estimate=estimate, covariance=covariance, edges=edges)

@@ -69,8 +69,7 @@ def hold_meetings(belief: Belief, scenario: Scenario, *, rng: np.random.Generato
 
 def _after(belief: Belief, group: list[int], meeting: Meeting) -> Belief:
     """What the robots believe when a meeting is over."""
-    belief = replace(
-        belief,
+    belief = belief._replace(
         estimate=meeting.estimate,
         covariance=meeting.covariance,
         edges=meeting.edges,
@@ -82,8 +81,7 @@ def _after(belief: Belief, group: list[int], meeting: Meeting) -> Belief:
     callee, among = belief.calls.callee.copy(), np.ix_(group, group)
     observed[among], held[among] = 0, belief.t + 1
     last_met[group], callee[group] = belief.t, NOBODY
-    return replace(
-        belief,
+    return belief._replace(
         observed=observed,
         held=held,
         last_met=last_met,

@@ -1,6 +1,5 @@
 """What an iteration hands to the next: the standing world, the truth, and what the robots believe."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -46,8 +45,7 @@ class Commands(NamedTuple):
     request: Bool[np.ndarray, " robots"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Truth:
+class Truth(NamedTuple):
     """What really happened; for metrics only."""
 
     poses: Float[np.ndarray, "robots times 3"]
@@ -56,8 +54,7 @@ class Truth:
     cells: CellMap
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Belief:
+class Belief(NamedTuple):
     """What the robots measured, were told and concluded. Row i is what robot i knows.
 
     Attributes:
@@ -117,8 +114,7 @@ class Belief:
         return self.estimate.shape[1] - 1
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Tick:
+class Tick(NamedTuple):
     """State after an iteration."""
 
     truth: Truth

@@ -1,7 +1,6 @@
 """What robots conclude from an iteration about their own knowledge: how sure they are, and what they saw."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -63,7 +62,7 @@ def _recognised(belief: Belief, scenario: Scenario) -> Belief:
     back_m = belief.estimate[robot, t, :2] - belief.estimate[robot, then, :2]
     again = from_known_place(recorded[robot, then], back_m, sigma[robot])
     recorded[robot, t] = tighter(recorded[robot, t], again, reach_m=_reach_m(scenario))
-    return replace(belief, recorded=recorded)
+    return belief._replace(recorded=recorded)
 
 
 def _known_at_both_ends(belief: Belief, solved: Int[np.ndarray, " solved"], scenario: Scenario) -> Belief:
@@ -74,7 +73,7 @@ def _known_at_both_ends(belief: Belief, solved: Int[np.ndarray, " solved"], scen
     tight[:, -1] = belief.covariance[solved]
     trail, recorded = belief.trail.copy(), belief.recorded.copy()
     trail[solved] = recorded[solved] = tight
-    return replace(belief, trail=trail, recorded=recorded)
+    return belief._replace(trail=trail, recorded=recorded)
 
 
 def _surveyed(belief: Belief, moved: Bool[np.ndarray, " robots"], scenario: Scenario) -> Belief:
@@ -90,7 +89,7 @@ def _surveyed(belief: Belief, moved: Bool[np.ndarray, " robots"], scenario: Scen
         size_m=scenario.arena.size_m,
         range_m=_reach_m(scenario),
     )
-    return replace(belief, survey=belief.survey._replace(own=own))
+    return belief._replace(survey=belief.survey._replace(own=own))
 
 
 def _shared(belief: Belief, group: Sequence[int]) -> Belief:
@@ -99,4 +98,4 @@ def _shared(belief: Belief, group: Sequence[int]) -> Belief:
     told = belief.survey.told.copy()
     told[members] = belief.survey.known[members].max(axis=0)
     n_bytes = BYTES_PER_SURVEY * len(members) * (len(members) - 1)
-    return replace(belief, survey=belief.survey._replace(told=told), bytes_sent=belief.bytes_sent + n_bytes)
+    return belief._replace(survey=belief.survey._replace(told=told), bytes_sent=belief.bytes_sent + n_bytes)

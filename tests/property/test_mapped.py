@@ -1,7 +1,6 @@
 """The score: what is seen, where the team's map has it, and what the reward makes of it."""
 
 import itertools
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -63,9 +62,9 @@ def test_with_perfect_sensors_all_that_is_seen_is_mapped() -> None:
 def test_a_map_that_is_off_as_a_whole_maps_nothing() -> None:
     tick = episode(CROWDED, 1, n_steps=5)[-1]
     off = tick.truth.poses + np.array([TOLERANCE_M + 0.01, 0.0, 0.0])
-    assert first_map(replace(tick, belief=replace(tick.belief, estimate=off))).share == 0.0
+    assert first_map(tick._replace(belief=tick.belief._replace(estimate=off))).share == 0.0
     near = tick.truth.poses + np.array([TOLERANCE_M - 0.01, 0.0, 0.0])
-    shifted = first_map(replace(tick, belief=replace(tick.belief, estimate=near)))
+    shifted = first_map(tick._replace(belief=tick.belief._replace(estimate=near)))
     assert shifted.share == pytest.approx(tick.truth.cells.share)
 
 
@@ -74,9 +73,9 @@ def test_two_sightings_on_either_side_cancel_and_one_alone_does_not() -> None:
     together = scenario_named("paper-hw-2", size_m=1.5, lidar_range_m=1.0)
     tick = episode(together, 0, n_steps=0)[-1]
     apart = tick.truth.poses + np.array([[[0.8, 0.0, 0.0]], [[-0.8, 0.0, 0.0]]])
-    assert first_map(replace(tick, belief=replace(tick.belief, estimate=apart))).share == 1.0
+    assert first_map(tick._replace(belief=tick.belief._replace(estimate=apart))).share == 1.0
     aside = tick.truth.poses + np.array([[[1.2, 0.0, 0.0]], [[0.0, 0.0, 0.0]]])
-    assert first_map(replace(tick, belief=replace(tick.belief, estimate=aside))).share == 0.0
+    assert first_map(tick._replace(belief=tick.belief._replace(estimate=aside))).share == 0.0
 
 
 def test_nothing_is_seen_through_an_obstacle() -> None:

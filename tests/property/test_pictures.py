@@ -1,7 +1,5 @@
 """A picture is a function of the tick alone, and what it shows is where it belongs."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -111,7 +109,7 @@ def test_bars_cross_the_threshold_when_err_does(played: tuple[list[Tick], World]
     lengths = []
     for share in (0.5, 1.0, 2.0, 50.0):
         err = np.array([share * SCENARIO.rendezvous.err_threshold, 0.0])
-        frame = Viewer().frame(replace(tick, belief=replace(tick.belief, err=err)), world, SCENARIO)
+        frame = Viewer().frame(tick._replace(belief=tick.belief._replace(err=err)), world, SCENARIO)
         row = near(frame[185, HEIGHT_PX:], colours.robot_colour(0))
         lengths.append(int(row.sum()))
     assert lengths[1] == pytest.approx(160 / 3, abs=3.0)  # the line of the threshold hides two pixels
