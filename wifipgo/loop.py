@@ -57,6 +57,8 @@ from wifipgo.world.sensing import (
     sight_robots,
 )
 
+_NEXT = np.array([0, 1])  # from (robot, index) to the next pose
+
 
 def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
     """Lay out a world and let every robot sense once from its start, which it knows."""
@@ -87,7 +89,7 @@ def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
         poses=layout.starts[:, None], bumps=np.zeros(n, dtype=int), distance_m=np.zeros(n), cells=cells
     )
     belief = _first_belief(layout.starts, scenario)
-    return world, _sensed(truth, belief, world=world, scenario=scenario, streams=streams)
+    return world, _sensed(truth, belief, Edges.empty(), world=world, scenario=scenario, streams=streams)
 
 
 def advance(tick: Tick, commands: Commands, *, world: World, scenario: Scenario, streams: Streams) -> Tick:
@@ -96,9 +98,11 @@ def advance(tick: Tick, commands: Commands, *, world: World, scenario: Scenario,
     calls = place_calls(belief.calls, commands.request, belief.rate_mbit_s, belief.esnr_db, cfg=scenario.link)
     drive = world.arena.drive(before, commands.waypoints)
     motion = odometry(before, drive.poses, cfg=scenario.sensing, rng=streams.odometry)
+    reckoned, steps = _dead_reckoned(belief._replace(calls=calls), motion, scenario)
     after = _sensed(
         _moved(tick.truth, drive, world, scenario),
-        _dead_reckoned(belief, motion, scenario)._replace(calls=calls),
+        reckoned,
+        steps,
         world=world,
         scenario=scenario,
         streams=streams,
@@ -141,38 +145,40 @@ def _moved(truth: Truth, drive: Drive, world: World, scenario: Scenario) -> Trut
     return Truth(
         poses=np.concatenate([truth.poses, drive.poses[:, None]], axis=1),
         bumps=truth.bumps + drive.bumped,
-        distance_m=truth.distance_m + np.hypot(*(p_m - truth.poses[:, -1, :2]).T),
+        distance_m=truth.distance_m + se2.length(p_m - truth.poses[:, -1, :2]),
         cells=reveal(truth.cells, p_m, world.faces_m, range_m=scenario.sensing.sensor_range_m),
     )
 
 
-def _dead_reckoned(belief: Belief, motion: Float[np.ndarray, "robots 3"], scenario: Scenario) -> Belief:
-    """Append the pose that odometry suggests, and the odometry."""
+def _dead_reckoned(
+    belief: Belief, motion: Float[np.ndarray, "robots 3"], scenario: Scenario
+) -> tuple[Belief, Edges]:
+    """Append the pose that odometry suggests.
+
+    Returns:
+        What is believed then, and the odometry, which is not among its measurements yet.
+    """
     n, t = len(motion), belief.t
     sigma = scenario.sensing.stated_sigmas(n)
     tail = np.empty((n, 2), dtype=np.int64)
     tail[:, 0], tail[:, 1] = np.arange(n), t
-    odometry_edges = Edges.measured(
-        tail=tail,
-        head=tail + np.array([0, 1]),
-        z=motion,
-        sigma=sigma,
-    )
     before = belief.estimate[:, -1]
     now = se2.compose(before, motion)
-    covariance = dead_reckoned(belief.covariance, before, now, sigma)
-    recorded = dead_reckoned(belief.recorded[:, -1], before, now, sigma)
-    return belief._replace(
+    covariances = np.concatenate([belief.covariance[None], belief.recorded[None, :, -1]])
+    covariance, recorded = dead_reckoned(covariances, before, now, sigma)
+    reckoned = belief._replace(
         estimate=np.concatenate([belief.estimate, now[:, None]], axis=1),
         covariance=covariance,
         trail=np.concatenate([belief.trail, covariance[:, None]], axis=1),
         recorded=np.concatenate([belief.recorded, recorded[:, None]], axis=1),
-        edges=extended(belief.edges, odometry_edges),
     )
+    return reckoned, Edges.measured(tail=tail, head=tail + _NEXT, z=motion, sigma=sigma)
 
 
-def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, streams: Streams) -> Tick:
-    """Look, listen, measure, meet if due, and take stock of the error."""
+def _sensed(
+    truth: Truth, belief: Belief, steps: Edges, *, world: World, scenario: Scenario, streams: Streams
+) -> Tick:
+    """Look, listen, measure, meet if due, and take stock of the error; ``steps`` is this iteration's odometry."""
     poses, link = truth.poses[:, -1], scenario.link
     links = probe_links(poses[:, :2], world.surfaces, scenario.radio, world.standing)
     seen = robots_in_view(poses, world.faces_m, range_m=scenario.sensing.sensor_range_m)
@@ -183,7 +189,7 @@ def _sensed(truth: Truth, belief: Belief, *, world: World, scenario: Scenario, s
     pings = pings_of(heard, belief, scenario)
     n_packets = len(pings.observer) * scenario.turn.n_positions
     linked = links.rate_mbit_s >= link.q_mbit_s
-    edges, n_bytes = _told_where_linked(extended(belief.edges, *found), belief.estimate, linked)
+    edges, n_bytes = _told_where_linked(extended(belief.edges, steps, *found), belief.estimate, linked)
     belief = belief._replace(
         edges=edges,
         bearings=extended_bearings(belief.bearings, directions) if len(directions) else belief.bearings,

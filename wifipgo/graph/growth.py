@@ -3,11 +3,13 @@
 import numpy as np
 from jaxtyping import Float
 
+_IDENTITY = np.eye(3)
+
 
 def lever(d_m: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 3 3"]:
     """Matrix that carries an error of a pose to a point ``d_m`` away that is fixed to it."""
-    out = np.zeros((*d_m.shape[:-1], 3, 3))
-    out[...] = np.eye(3)
+    out = np.empty((*d_m.shape[:-1], 3, 3))
+    out[...] = _IDENTITY
     out[..., 0, 2], out[..., 1, 2] = -d_m[..., 1], d_m[..., 0]
     return out
 
@@ -32,15 +34,15 @@ def in_world_axes(
 
 
 def dead_reckoned(
-    covariance: Float[np.ndarray, "robots 3 3"],
+    covariance: Float[np.ndarray, "*kinds robots 3 3"],
     before: Float[np.ndarray, "robots 3"],
     after: Float[np.ndarray, "robots 3"],
     sigma: Float[np.ndarray, "robots 2"],
-) -> Float[np.ndarray, "robots 3 3"]:
+) -> Float[np.ndarray, "*kinds robots 3 3"]:
     """Covariances of poses after one odometry each, to first order (Smith, Self, Cheeseman 1990).
 
     Args:
-        covariance: Of the poses before, over (x_m, y_m, yaw_rad) in world axes.
+        covariance: Of the poses before, over (x_m, y_m, yaw_rad) in world axes; of several kinds at once.
         before: Poses before.
         after: Poses after, as odometry has them.
         sigma: Standard deviations of the odometry, (m on each axis, rad).
@@ -49,5 +51,7 @@ def dead_reckoned(
         Of the poses after, in world axes.
     """
     grown = carried(covariance, after[:, :2] - before[:, :2])
-    grown[:, [0, 1, 2], [0, 1, 2]] += sigma[:, [0, 0, 1]] ** 2
+    variance = sigma**2
+    for axis, noise in enumerate((0, 0, 1)):
+        grown[..., axis, axis] += variance[:, noise]
     return grown

@@ -114,13 +114,13 @@ class Arena:
         Returns:
             True poses after drive and turn, and who missed its waypoint.
         """
-        length = np.hypot(waypoints[:, :1], waypoints[:, 1:])
+        length = se2.length(waypoints)[:, None]
         goal_m = self._step_m * waypoints / np.maximum(length, 1.0)
         target_m = se2.apply(poses, goal_m)
         rounds = _COMMANDS_PER_DRIVE
         for left in range(rounds, 0, -1):
             gap_m = target_m - self.positions()
-            away_m = np.hypot(gap_m[:, :1], gap_m[:, 1:])
+            away_m = se2.length(gap_m)[:, None]
             self._command(gap_m * np.minimum(rounds / left, self._step_m / np.maximum(away_m, 1e-12)))
             for _ in range(self._cfg.n_substeps // rounds):
                 self._space.step(1.0 / self._cfg.n_substeps)
@@ -129,5 +129,5 @@ class Arena:
         moved = length[:, 0] > 1e-6
         yaw_rad = poses[:, 2] + np.where(moved, np.arctan2(waypoints[:, 1], waypoints[:, 0]), 0.0)
         yaw_rad = se2.wrap_angle(yaw_rad + self._turn_rad)
-        bumped = np.hypot(*(p_m - target_m).T) > _MISS_M
+        bumped = se2.length(p_m - target_m) > _MISS_M
         return Drive(np.concatenate([p_m, yaw_rad[:, None]], axis=1), bumped)

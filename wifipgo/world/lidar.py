@@ -4,16 +4,21 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from wifipgo import segments
+from wifipgo.se2 import length
 
 N_LIDAR_RAYS = 16
 # Rays start this far outside the hull, so that touching robots do not blind each other.
 _GAP_M = 1e-3
+_RAYS_RAD = 2.0 * np.pi / N_LIDAR_RAYS * np.arange(N_LIDAR_RAYS)
 
 
 def ray_directions(yaw_rad: Float[np.ndarray, " robots"]) -> Float[np.ndarray, "robots rays 2"]:
     """Unit vectors of every robot's rays in the world, counter-clockwise from ahead."""
-    angle_rad = yaw_rad[:, None] + 2.0 * np.pi / N_LIDAR_RAYS * np.arange(N_LIDAR_RAYS)
-    return np.stack([np.cos(angle_rad), np.sin(angle_rad)], axis=-1)
+    angle_rad = yaw_rad[:, None] + _RAYS_RAD
+    out = np.empty((*angle_rad.shape, 2))
+    np.cos(angle_rad, out=out[..., 0])
+    np.sin(angle_rad, out=out[..., 1])
+    return out
 
 
 def scan(
@@ -38,12 +43,10 @@ def scan(
     start_m = p_m[:, None] + (robot_radius_m + _GAP_M) * rays
     reach_m = robot_radius_m + _GAP_M + range_m
     free_m = np.full(rays.shape[:2], range_m)
-    robot, edge = np.nonzero(_near_boxes(p_m, edges_m, reach_m))
+    robot, edge = _near_boxes(p_m, edges_m, reach_m).nonzero()
     if len(robot):
         np.minimum.at(free_m, robot, _to_edges(start_m[robot], rays[robot], edges_m[edge]))
-    gap_m = p_m[:, None] - p_m
-    away_m = np.hypot(gap_m[..., 0], gap_m[..., 1])
-    seer, other = np.nonzero(away_m <= reach_m + robot_radius_m)
+    seer, other = (length(p_m[:, None] - p_m) <= reach_m + robot_radius_m).nonzero()
     if len(seer) > len(p_m):  # everyone is near itself
         seer, other = seer[seer != other], other[seer != other]
         np.minimum.at(free_m, seer, _to_discs(start_m[seer], rays[seer], p_m[other], robot_radius_m))
@@ -54,8 +57,8 @@ def _near_boxes(
     p_m: Float[np.ndarray, "robots 2"], edges_m: Float[np.ndarray, "edges 2 2"], reach_m: float
 ) -> Bool[np.ndarray, "robots edges"]:
     """Which edges may be within reach of whom: the boxes about them are, to the last wall exactly."""
-    low_m = edges_m.min(axis=1) - reach_m
-    high_m = edges_m.max(axis=1) + reach_m
+    low_m = np.minimum(edges_m[:, 0], edges_m[:, 1]) - reach_m
+    high_m = np.maximum(edges_m[:, 0], edges_m[:, 1]) + reach_m
     near = (p_m[:, None] >= low_m) & (p_m[:, None] <= high_m)
     return near[..., 0] & near[..., 1]
 

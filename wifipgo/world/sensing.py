@@ -110,10 +110,25 @@ def robots_in_view(
 ) -> Bool[np.ndarray, "robots robots"]:
     """Who sees whom: within range, nothing in between, not oneself."""
     p_m = poses[:, :2]
-    gap_m = np.hypot(*(p_m[:, None] - p_m[None]).T)
-    seen = (gap_m <= range_m) & ~np.eye(len(p_m), dtype=bool)
-    if len(faces_m) and seen.any():
-        i, j = np.nonzero(seen)
+    return _in_view(p_m, _apart_m(p_m), faces_m, range_m)
+
+
+def _apart_m(p_m: Float[np.ndarray, "robots 2"]) -> Float[np.ndarray, "robots robots"]:
+    """Distances between robots."""
+    return se2.length(p_m[:, None] - p_m)
+
+
+def _in_view(
+    p_m: Float[np.ndarray, "robots 2"],
+    apart_m: Float[np.ndarray, "robots robots"],
+    faces_m: Float[np.ndarray, "faces 2 2"],
+    range_m: float,
+) -> Bool[np.ndarray, "robots robots"]:
+    """Who sees whom, by how far they are apart."""
+    seen = apart_m <= range_m
+    seen.flat[:: len(seen) + 1] = False
+    if len(faces_m):
+        i, j = seen.nonzero()
         seen[i, j] = segments.in_sight(p_m[i], p_m[j], faces_m)
     return seen
 
@@ -139,15 +154,18 @@ def sight_robots(
         Distance (m) and bearing (body frame, rad) of it; 0 and 0 where none is seen.
     """
     n, unit = len(poses), rng.standard_normal((len(poses), 2))
-    seen = robots_in_view(poses, faces_m, range_m=range_m)
-    p_m = poses[:, :2]
-    gap_m = np.where(seen, np.hypot(*(p_m[:, None] - p_m[None]).T), np.inf)
+    p_m, found = poses[:, :2], np.zeros((n, 2))
+    apart_m = _apart_m(p_m)
+    gap_m = np.where(_in_view(p_m, apart_m, faces_m, range_m), apart_m, np.inf)
     nearest = gap_m.argmin(axis=1)
-    d_m = p_m[nearest] - p_m
-    distance_m = np.minimum(gap_m.min(axis=1), range_m) * np.exp(_CAMERA_RANGE_SIGMA * unit[:, 0])
-    bearing_rad = np.arctan2(d_m[:, 1], d_m[:, 0]) - poses[:, 2] + _CAMERA_SIGMA_RAD * unit[:, 1]
-    found = np.stack([np.minimum(distance_m, range_m), se2.wrap_angle(bearing_rad)], axis=1)
-    return np.where(seen[np.arange(n), nearest][:, None], found, 0.0)
+    shortest_m = gap_m[np.arange(n), nearest]
+    seer = (shortest_m < np.inf).nonzero()[0]
+    if len(seer):
+        d_m, unit = p_m[nearest[seer]] - p_m[seer], unit[seer]
+        distance_m = shortest_m[seer] * np.exp(_CAMERA_RANGE_SIGMA * unit[:, 0])
+        bearing_rad = np.arctan2(d_m[:, 1], d_m[:, 0]) - poses[seer, 2] + _CAMERA_SIGMA_RAD * unit[:, 1]
+        found[seer, 0], found[seer, 1] = np.minimum(distance_m, range_m), se2.wrap_angle(bearing_rad)
+    return found
 
 
 _NOTHING = RelativePoses(
@@ -177,7 +195,7 @@ def observe_robots(
     """
     n = len(poses)
     unit = rng.standard_normal((n, n, 3))
-    i, j = np.nonzero(seen)
+    i, j = seen.nonzero()
     noise, is_outlier = unit[i, j], np.zeros(len(i), dtype=bool)
     if cfg.outlier_share > 0.0:
         is_outlier = (outlier_rng.random((n, n)) < cfg.outlier_share)[i, j]
@@ -187,8 +205,14 @@ def observe_robots(
     if not len(i):
         return _NOTHING
     z = noisy(se2.between(poses[i], poses[j]), cfg.sigmas(n)[i], noise)
-    now = np.full_like(i, t)
-    return RelativePoses(np.stack([i, now], 1), np.stack([j, now], 1), z, cfg.stated_sigmas(n)[i], is_outlier)
+    return RelativePoses(_at(i, t), _at(j, t), z, cfg.stated_sigmas(n)[i], is_outlier)
+
+
+def _at(robot: Int[np.ndarray, " poses"], t: Int[np.ndarray, " poses"] | int) -> Int[np.ndarray, "poses 2"]:
+    """Indices (robot, iteration) of poses."""
+    out = np.empty((len(robot), 2), dtype=np.int64)
+    out[:, 0], out[:, 1] = robot, t
+    return out
 
 
 def observe_own_places(
@@ -201,16 +225,18 @@ def observe_own_places(
     """Each robot's pose relative to the nearest place in view that it passed at least ``revisit_gap`` ago."""
     n, n_times = history.shape[:2]
     t, unit = n_times - 1, rng.standard_normal((n, 3))
-    now = history[:, -1]
-    past = history[:, : max(t - cfg.revisit_gap + 1, 0), :2]
-    gap_m = np.hypot(past[..., 0] - now[:, None, 0], past[..., 1] - now[:, None, 1])
-    robot = np.nonzero(gap_m.min(axis=1, initial=np.inf) <= cfg.sensor_range_m)[0]
+    now, n_past = history[:, -1], t - cfg.revisit_gap + 1
+    if n_past <= 0:
+        return _NOTHING
+    gap_m = se2.length(history[:, :n_past, :2] - now[:, None, :2])
+    near = gap_m.argmin(axis=1)
+    robot = (gap_m[np.arange(n), near] <= cfg.sensor_range_m).nonzero()[0]
+    old = history[robot, near[robot]]
+    if len(faces_m) and len(robot):
+        clear = segments.in_sight(now[robot, :2], old[:, :2], faces_m)
+        robot, old = robot[clear], old[clear]
     if not len(robot):
         return _NOTHING
-    near = gap_m.argmin(axis=1)
-    old = history[robot, near[robot]]
-    clear = segments.in_sight(now[robot, :2], old[:, :2], faces_m)
-    robot, old = robot[clear], old[clear]
-    tail, head = np.stack([robot, np.full_like(robot, t)], 1), np.stack([robot, near[robot]], 1)
     z = noisy(se2.between(now[robot], old), cfg.sigmas(n)[robot], unit[robot])
+    tail, head = _at(robot, t), _at(robot, near[robot])
     return RelativePoses(tail, head, z, cfg.stated_sigmas(n)[robot], np.zeros(len(robot), dtype=bool))
