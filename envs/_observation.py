@@ -109,6 +109,9 @@ def _width(rows: tuple[_Row, ...]) -> int:
     return sum(row[1] for row in rows)
 
 
+_N_OWN, _N_SLOT = _width(_OWN), _width(_SLOT)
+
+
 def layout(scenario: Scenario) -> tuple[Field, ...]:
     """Blocks of the flat observation, in order."""
     lidar: _Row = (
@@ -154,62 +157,56 @@ def bin_azimuths() -> Float[np.ndarray, " bins"]:
 
 def observe(belief: Belief, scenario: Scenario) -> Float[np.ndarray, "robots numbers"]:
     """Flat observations of all robots, float32, one row each, within the bounds of `layout`."""
-    n = scenario.n_robots
-    own = _own(belief, scenario)
-    lidar = belief.lidar_m / scenario.arena.lidar_range_m
-    survey = belief.survey.known.reshape(n, -1)
-    slots = _slots(belief, scenario).reshape(n, -1)
-    return np.concatenate([own, lidar, survey, slots], axis=1, dtype=np.float32, casting="same_kind")
+    n, n_survey = scenario.n_robots, N_BINS_ROOM**2
+    out = np.empty((n, _N_OWN + N_LIDAR_RAYS + n_survey + scenario.n_slots * _N_SLOT), dtype=np.float32)
+    rest = out[:, _N_OWN:]
+    _put_own(out[:, :_N_OWN], belief, scenario)
+    rest[:, :N_LIDAR_RAYS] = belief.lidar_m / scenario.arena.lidar_range_m
+    rest[:, N_LIDAR_RAYS:][:, :n_survey] = belief.survey.known.reshape(n, -1)
+    _put_slots(rest[:, N_LIDAR_RAYS + n_survey :].reshape(n, -1, _N_SLOT), belief, scenario)
+    return out
 
 
 def _share(value: np.ndarray) -> np.ndarray:
     return np.minimum(np.maximum(value, 0.0), _CEILING)
 
 
-def _own(belief: Belief, scenario: Scenario) -> np.ndarray:
+def _put_own(out: np.ndarray, belief: Belief, scenario: Scenario) -> None:
     """Columns of `_OWN`."""
-    n, pose = scenario.n_robots, belief.estimate[:, -1]
+    n, pose, t = scenario.n_robots, belief.estimate[:, -1], belief.t
     robots, callee = np.arange(n), belief.calls.callee
     calling = callee != NOBODY
     heard = calling & (belief.rate_mbit_s[robots, callee] > 0.0)
-    out = np.zeros((n, _width(_OWN)))
     out[:, 0] = _share(belief.err / scenario.rendezvous.err_threshold)
-    out[:, 1] = np.minimum((belief.t - belief.last_met) / scenario.n_steps, 1.0)
+    out[:, 1] = np.minimum((t - belief.last_met) / scenario.n_steps, 1.0)
     out[:, 2], out[:, 3] = np.cos(pose[:, 2]), np.sin(pose[:, 2])
     out[:, 4:6] = np.minimum(np.maximum(pose[:, :2] / scenario.arena.size_m, -1.0), 2.0)
-    out[:, 6] = calling
+    out[:, 6], out[:, 7] = calling, 0.0
     out[callee[heard], 7] = 1.0
-    out[:, 8] = min(belief.t / scenario.n_steps, 1.0)
+    out[:, 8] = min(t / scenario.n_steps, 1.0)
     out[:, 9] = _share(spread_m(belief.covariance))
     out[:, 10] = _share(spread_m(belief.recorded[:, -1]))
-    out[:, 11:13] = np.clip(belief.estimate[:, 0, :2] / scenario.arena.size_m, 0.0, 1.0)
-    out[:, 13:] = _sighted(belief, scenario)
-    return out
-
-
-def _sighted(belief: Belief, scenario: Scenario) -> np.ndarray:
-    """The last columns of `_OWN`: what the camera sees."""
+    out[:, 11:13] = np.minimum(np.maximum(belief.estimate[:, 0, :2] / scenario.arena.size_m, 0.0), 1.0)
     distance_m, bearing_rad = belief.sighted.T
     seen = distance_m > 0.0
-    share = distance_m / (scenario.visual_range_m or 1.0)
-    return np.stack([share, seen * np.cos(bearing_rad), seen * np.sin(bearing_rad)], axis=1)
+    out[:, 13] = distance_m / (scenario.visual_range_m or 1.0)
+    out[:, 14], out[:, 15] = seen * np.cos(bearing_rad), seen * np.sin(bearing_rad)
 
 
-def _slots(belief: Belief, scenario: Scenario) -> np.ndarray:
+def _put_slots(out: np.ndarray, belief: Belief, scenario: Scenario) -> None:
     """Columns of `_SLOT`, (robots, slots, numbers)."""
-    partner = belief.slots
+    partner, callee = belief.slots, belief.calls.callee
     robot = np.arange(len(partner))[:, None]
+    link = robot * len(partner) + partner
     low, high = (limit / 30.0 for limit in _ESNR_DB)
-    out = np.empty((*partner.shape, _width(_SLOT)), dtype=np.float32)
     out[..., 0] = 1.0
-    out[..., 1] = np.minimum(np.maximum(belief.esnr_db[robot, partner] / 30.0, low), high)
-    out[..., 2] = belief.rate_mbit_s[robot, partner] / band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s
-    out[..., 3] = _share(belief.discrepancy[robot, partner])
-    out[..., 4] = _share(belief.err[partner] / scenario.rendezvous.err_threshold)
-    out[..., 5] = belief.calls.callee[partner] == robot
-    out[..., 6] = belief.calls.callee[robot] == partner
-    out[..., 7] = _share(belief.observed[robot, partner] / scenario.rendezvous.kappa)
+    out[..., 1] = np.minimum(np.maximum(belief.esnr_db.take(link) / 30.0, low), high)
+    out[..., 2] = belief.rate_mbit_s.take(link) / band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s
+    out[..., 3] = _share(belief.discrepancy.take(link))
+    out[..., 4] = _share(belief.err.take(partner) / scenario.rendezvous.err_threshold)
+    out[..., 5] = callee.take(partner) == robot
+    out[..., 6] = callee[:, None] == partner
+    out[..., 7] = _share(belief.observed.take(link) / scenario.rendezvous.kappa)
     fine = belief.profile.reshape(*partner.shape, N_BINS, -1)
     out[..., 8:] = functools.reduce(np.maximum, np.moveaxis(fine, -1, 0))  # a short axis reduces slowly
     out[partner == NOBODY] = 0.0
-    return out

@@ -1,7 +1,7 @@
 """The ParallelEnv: dicts and arrays, the clock, the agents. Everything else is below."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from gymnasium import logger, spaces
@@ -223,22 +223,21 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
     def _infos(self) -> dict[str, dict[str, Any]]:
         """Metrics of each robot; those that end in ``_truth`` read what robots cannot know."""
         truth, belief = self.tick.truth, self.tick.belief
-        met = [next((group for group in belief.met if i in group), ()) for i in range(len(belief.err))]
+        n = len(belief.err)
+        group_of = {robot: group for group in belief.met for robot in group}
         columns = {
             "err": belief.err.tolist(),
-            "met": met,
+            "met": [group_of.get(robot, ()) for robot in range(n)],
             "ate_trans_truth": ate_trans(belief.estimate, truth.poses).tolist(),
             "ate_rot_truth": ate_rot(belief.estimate, truth.poses).tolist(),
             "bumps_truth": truth.bumps.tolist(),
             "distance_m_truth": truth.distance_m.tolist(),
-            "mapped_share_belief": [team_share(belief.survey)] * len(belief.err),
-            "mapped_share_truth": [self._mapped.share] * len(belief.err),
-            "coverage_truth": [truth.cells.share] * len(belief.err),
+            "mapped_share_belief": [team_share(belief.survey)] * n,
+            "mapped_share_truth": [self._mapped.share] * n,
+            "coverage_truth": [truth.cells.share] * n,
         }
-        rows = zip(*columns.values(), strict=True)
-        return {
-            a: dict(zip(columns, row, strict=True)) for a, row in zip(self.possible_agents, rows, strict=True)
-        }
+        rows = zip(self.possible_agents, zip(*columns.values(), strict=True), strict=True)
+        return {agent: dict(zip(columns, row, strict=True)) for agent, row in rows}
 
 
 def _changes(options: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -260,16 +259,29 @@ def _commands(actions: Mapping[str, Any], agents: list[str]) -> Commands:
     for agent in agents:
         if agent not in actions:
             raise ValueError(f"actions[{agent!r}] must be given: one action for each live agent")
-    rows = np.empty((len(agents), 3))
-    for row, agent in zip(rows, agents, strict=True):
-        shape = np.shape(actions[agent])
-        if shape != (3,):
-            require(False, f"actions[{agent!r}]", "of shape (3,)", shape)
+    try:
+        rows = np.array([actions[agent] for agent in agents], dtype=np.float64)
+    except (TypeError, ValueError):
+        rows = np.zeros(0)
+    if rows.shape != (len(agents), 3):
+        _refuse_shapes(actions, agents)
+    if not np.isfinite(rows).all():
+        first = int(np.isfinite(rows).all(axis=1).argmin())
+        raise ValueError(f"actions[{agents[first]!r}] must be finite, got {rows[first].tolist()}")
+    rows = np.minimum(np.maximum(rows, -1.0), 1.0)
+    return Commands(rows[:, :2], rows[:, 2] > 0.0)
+
+
+def _refuse_shapes(actions: Mapping[str, Any], agents: list[str]) -> NoReturn:
+    """Say which action is not three numbers."""
+    for agent in agents:
         try:
-            row[:] = actions[agent]
+            shape: Any = np.shape(actions[agent])
+        except ValueError:
+            shape = "parts of different lengths"
+        require(shape == (3,), f"actions[{agent!r}]", "of shape (3,)", shape)
+        try:
+            np.array(actions[agent], dtype=np.float64)
         except (TypeError, ValueError):
             require(False, f"actions[{agent!r}]", "three numbers", actions[agent])
-    for i in np.flatnonzero(~np.isfinite(rows).all(axis=1)).tolist():
-        raise ValueError(f"actions[{agents[i]!r}] must be finite, got {rows[i].tolist()}")
-    rows = np.clip(rows, -1.0, 1.0)
-    return Commands(rows[:, :2], rows[:, 2] > 0.0)
+    raise ValueError(f"actions must be three numbers each, got {dict(actions)}")

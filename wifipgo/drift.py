@@ -27,15 +27,13 @@ def from_known_place(
         d_m: From the place to the pose.
         sigma: ``(sigma_t_m, sigma_r_rad)`` of the measurement, which was made at the pose.
     """
-    nothing = np.zeros(len(sigma))
-    seen_back = covariance + _noise(nothing, sigma[:, 1])
-    return carried(seen_back, d_m) + _noise(sigma[:, 0], nothing)
-
-
-def _noise(sigma_t_m: Float[np.ndarray, " robots"], sigma_r_rad: Float[np.ndarray, " robots"]) -> Covariances:
-    """Diagonal covariances."""
-    variance = np.stack([sigma_t_m, sigma_t_m, sigma_r_rad], axis=-1) ** 2
-    return variance[..., None] * np.eye(3)
+    variance = sigma**2
+    seen_back = covariance.copy()
+    seen_back[:, 2, 2] += variance[:, 1]
+    out = carried(seen_back, d_m)
+    out[:, 0, 0] += variance[:, 0]
+    out[:, 1, 1] += variance[:, 0]
+    return out
 
 
 def before_known_end(
@@ -99,6 +97,11 @@ def tighter(a: Covariances, b: Covariances, *, reach_m: float) -> Covariances:
 
 
 def own_places(edges: Edges, t: int) -> tuple[Int[np.ndarray, " rows"], Int[np.ndarray, " rows"]]:
-    """Robots that measured a place of their own at iteration ``t``, and when they were there."""
-    rows = np.flatnonzero((edges.tail[:, 1] == t) & (edges.tail[:, 0] == edges.head[:, 0]))
-    return edges.tail[rows, 0], edges.head[rows, 1]
+    """Robots that measured a place of their own at iteration ``t``, the last, and when they were there.
+
+    Measurements are in the order in which they were taken.
+    """
+    last = slice(int(edges.tail[:, 1].searchsorted(t)), None)
+    tail, head = edges.tail[last], edges.head[last]
+    rows = (tail[:, 0] == head[:, 0]).nonzero()[0]
+    return tail[rows, 0], head[rows, 1]

@@ -178,7 +178,7 @@ def _dead_reckoned(
 def _sensed(
     truth: Truth, belief: Belief, steps: Edges, *, world: World, scenario: Scenario, streams: Streams
 ) -> Tick:
-    """Look, listen, measure, meet if due, and take stock of the error; ``steps`` is this iteration's odometry."""
+    """Look, listen, measure, meet if due, and take stock of the error; ``steps`` is the odometry."""
     poses, link = truth.poses[:, -1], scenario.link
     links = probe_links(poses[:, :2], world.surfaces, scenario.radio, world.standing)
     seen = robots_in_view(poses, world.faces_m, range_m=scenario.sensing.sensor_range_m)
@@ -267,7 +267,9 @@ def _told_where_linked(
     Returns:
         The measurements, and the bytes that this took: only what changed is sent.
     """
-    rows = np.flatnonzero(linked[edges.tail[:, 0], edges.head[:, 0]])
+    rows = linked.take(edges.tail[:, 0] * len(linked) + edges.head[:, 0]).nonzero()[0]
+    if not len(rows):
+        return edges, 0
     now = estimate[edges.head[rows, 0], edges.head[rows, 1]]
     new = (now != edges.told[rows]).any(axis=1)
     if not new.any():

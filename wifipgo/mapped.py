@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from wifipgo import se2
 from wifipgo.state import Tick
 from wifipgo.world.coverage import TOLERANCE_M, Sightings, middles
 
@@ -38,65 +39,56 @@ class Mapped(NamedTuple):
 def first_map(tick: Tick) -> Mapped:
     """Map of all that was seen so far."""
     n = tick.truth.cells.seen.size
-    everything = np.ones(tick.belief.estimate.shape[:2], dtype=bool)
-    return _shared(*_added(np.zeros((n, 2)), np.zeros(n, dtype=np.int64), tick, everything), tick)
+    seen = _seen_from(tick.truth.cells.sightings, np.ones(tick.belief.estimate.shape[:2], dtype=bool))
+    return _shared(_summed(_offsets(tick, seen), seen, n), np.bincount(seen.cell, minlength=n), tick)
 
 
 def updated_map(mapped: Mapped, before: Tick, after: Tick) -> Mapped:
     """Map after an iteration: cells newly seen, and those seen from poses that moved in the estimate."""
-    old, new = before.belief.estimate, after.belief.estimate
-    fresh = np.ones(new.shape[:2], dtype=bool)
-    moved = (old != new[:, : old.shape[1]]).any(axis=-1)
-    fresh[:, : old.shape[1]] = moved
-    off_m, count = mapped.off_m, mapped.n_sightings
-    if moved.any():
-        off_m, count = _added(off_m, count, before, moved, sign=-1)
-    return _shared(*_added(off_m, count, after, fresh), after)
+    old, new, n = before.belief.estimate, after.belief.estimate, len(mapped.off_m)
+    (robot, cell), time = after.truth.cells.sightings[-1], old.shape[1]
+    fresh = _Seen(robot, np.full(len(robot), time), cell)
+    off_m = mapped.off_m + _summed(_offsets(after, fresh), fresh, n)
+    changed = old != new[:, :time]
+    if changed.any():
+        again = _seen_from(after.truth.cells.sightings, changed[..., 0] | changed[..., 1] | changed[..., 2])
+        off_m += _summed(_offsets(after, again) - _offsets(before, again), again, n)
+    return _shared(off_m, mapped.n_sightings + np.bincount(cell, minlength=n), after)
 
 
-def _added(
-    off_m: Float[np.ndarray, "squares 2"],
-    count: Int[np.ndarray, " squares"],
-    tick: Tick,
-    poses: Bool[np.ndarray, "robots times"],
-    *,
-    sign: int = 1,
-) -> tuple[Float[np.ndarray, "squares 2"], Int[np.ndarray, " squares"]]:
-    """Add to the sums, or take away, what was seen from some poses."""
-    cells = tick.truth.cells
-    robot, time, cell = _seen_from(cells.sightings, poses)
-    each_m = _offsets(tick, robot, time, middles(len(cells.seen))[cell])
-    sums = np.empty_like(off_m)
-    for axis in (0, 1):
-        sums[:, axis] = np.bincount(cell, each_m[:, axis], minlength=len(sums))
-    return off_m + sign * sums, count + sign * np.bincount(cell, minlength=len(sums))
+class _Seen(NamedTuple):
+    """Sightings, one each row: who saw what from which of its poses."""
+
+    robot: Int[np.ndarray, " n"]
+    time: Int[np.ndarray, " n"]
+    cell: Int[np.ndarray, " n"]
 
 
-def _seen_from(
-    sightings: Sequence[Sightings], poses: Bool[np.ndarray, "robots times"]
-) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"], Int[np.ndarray, " n"]]:
-    """Robot, time and cell of all sightings from some poses."""
+def _seen_from(sightings: Sequence[Sightings], poses: Bool[np.ndarray, "robots times"]) -> _Seen:
+    """All sightings from some poses."""
     times = np.flatnonzero(poses.any(axis=0)).tolist()
     none = np.zeros(0, dtype=np.int64)
     robot = np.concatenate([none, *(sightings[t].robot for t in times)])
     cell = np.concatenate([none, *(sightings[t].cell for t in times)])
-    time = np.repeat(times, [len(sightings[t].robot) for t in times]).astype(np.int64)
-    kept = poses[robot, time]
-    return robot[kept], time[kept], cell[kept]
+    time = np.repeat(np.array(times, dtype=np.int64), [len(sightings[t].robot) for t in times])
+    kept = poses.take(robot * poses.shape[1] + time).nonzero()[0]
+    return _Seen(robot.take(kept), time.take(kept), cell.take(kept))
 
 
-def _offsets(
-    tick: Tick,
-    robot: Int[np.ndarray, " n"],
-    time: Int[np.ndarray, " n"],
-    middle_m: Float[np.ndarray, "n 2"],
-) -> Float[np.ndarray, "n 2"]:
+def _summed(each_m: Float[np.ndarray, "n 2"], seen: _Seen, n_cells: int) -> Float[np.ndarray, "squares 2"]:
+    """Sum over the sightings of each cell."""
+    sums = np.empty((n_cells, 2))
+    for axis in (0, 1):
+        sums[:, axis] = np.bincount(seen.cell, each_m[:, axis], minlength=n_cells)
+    return sums
+
+
+def _offsets(tick: Tick, seen: _Seen) -> Float[np.ndarray, "n 2"]:
     """How far each sighting puts its cell off: the estimate's motion of the true pose, at the cell."""
-    true, believed = tick.truth.poses[robot, time], tick.belief.estimate[robot, time]
-    turn_rad = believed[:, 2] - true[:, 2]
-    c, s = np.cos(turn_rad), np.sin(turn_rad)
-    x_m, y_m = (middle_m - true[:, :2]).T
-    return believed[:, :2] + np.stack([c * x_m - s * y_m, s * x_m + c * y_m], axis=1) - middle_m
+    middle_m = middles(len(tick.truth.cells.seen))[seen.cell]
+    true, believed = (poses[seen.robot, seen.time] for poses in (tick.truth.poses, tick.belief.estimate))
+    d_m = se2.rotate(believed[:, 2] - true[:, 2], middle_m - true[:, :2])
+    return believed[:, :2] + d_m - middle_m
 
 
 def _shared(off_m: Float[np.ndarray, "squares 2"], count: Int[np.ndarray, " squares"], tick: Tick) -> Mapped:

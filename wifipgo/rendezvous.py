@@ -155,8 +155,8 @@ def discrepancies(
     calls: Calls, rate_mbit_s: Float[np.ndarray, "robots robots"], *, cfg: LinkConfig
 ) -> Float[np.ndarray, "robots robots"]:
     """w_ij of Eq. 1 as robot i sees its link to j: with j's demand if j calls i, else with its own."""
-    demand = np.full_like(rate_mbit_s, cfg.q_mbit_s)
-    caller = np.flatnonzero(calls.callee != NOBODY)
+    demand = np.full(rate_mbit_s.shape, cfg.q_mbit_s)
+    caller = (calls.callee != NOBODY).nonzero()[0]
     demand[calls.callee[caller], caller] = calls.q_mbit_s[caller]
     demand[caller, calls.callee[caller]] = calls.q_mbit_s[caller]
     return service_discrepancy(rate_mbit_s, q_mbit_s=demand, alpha=cfg.alpha)
@@ -170,10 +170,14 @@ def choose_slots(
 ) -> Int[np.ndarray, "robots slots"]:
     """Neighbours that each robot listens to: its callers first, then by effective SNR; `NOBODY` pads."""
     n = len(rate_mbit_s)
-    calls_me = calls.callee[None, :] == np.arange(n)[:, None]
+    calls_me = calls.callee == np.arange(n)[:, None]
     rank = np.where(rate_mbit_s > 0.0, esnr_db + 1e3 * calls_me, -np.inf)
-    order = np.argsort(-rank, axis=1, kind="stable")[:, :n_slots]
-    return np.where(np.isfinite(np.take_along_axis(rank, order, axis=1)), order, NOBODY)
+    out, robots = np.empty((n, n_slots), dtype=np.int64), np.arange(n)
+    for slot in range(n_slots):
+        best = rank.argmax(axis=1)
+        out[:, slot] = np.where(rank[robots, best] > -np.inf, best, NOBODY)
+        rank[robots, best] = -np.inf
+    return out
 
 
 def due_groups(
@@ -185,7 +189,8 @@ def due_groups(
 ) -> list[list[int]]:
     """Robots that meet now: pairs with kappa observations and the rate, joined where they share one."""
     groups: list[set[int]] = []
-    for pair in np.argwhere(np.triu((observed >= kappa) & (rate_mbit_s >= q_mbit_s), 1)).tolist():
+    low, high = ((observed >= kappa) & (rate_mbit_s >= q_mbit_s)).nonzero()
+    for pair in zip(low[low < high].tolist(), high[low < high].tolist(), strict=True):
         touched = [group for group in groups if group & set(pair)]
         groups = [group for group in groups if group not in touched] + [set(pair).union(*touched)]
     return sorted(sorted(group) for group in groups)

@@ -33,7 +33,8 @@ def taken_stock(before: Belief, after: Belief, scenario: Scenario) -> Belief:
     belief = _recognised(after, scenario)
     solved = _solved(belief, scenario)
     belief = _known_at_both_ends(belief, solved, scenario) if len(solved) else belief
-    moved = (before.estimate != belief.estimate[:, : before.estimate.shape[1]]).any(axis=(1, 2))
+    changed = before.estimate != belief.estimate[:, : before.estimate.shape[1]]
+    moved = changed.reshape(len(changed), -1).any(axis=1)
     moved[solved] = True
     belief = _surveyed(belief, moved, scenario)
     for group in belief.met:

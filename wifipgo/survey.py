@@ -12,7 +12,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo.drift import looseness_m2
-from wifipgo.world.coverage import TOLERANCE_M, window
+from wifipgo.se2 import length
+from wifipgo.world.coverage import TOLERANCE_M, inside, window
 
 N_BINS = 16
 # Bytes of a survey as sent: one for each square.
@@ -75,14 +76,15 @@ def surveyed(
     """
     width_m = size_m / N_BINS
     here = np.floor(p_m / width_m).astype(np.int64)
-    index = here[:, None] + window(int(np.ceil(range_m / width_m)))[None]
-    gap_m = width_m * (index + 0.5) - p_m[:, None]
-    near = (gap_m**2).sum(axis=-1) <= range_m**2
-    near |= (index == here[:, None]).all(axis=-1)
-    pose, place = np.nonzero(near & ((index >= 0) & (index < N_BINS)).all(axis=-1))
+    offset = window(int(np.ceil(range_m / width_m)))
+    index = here[:, None] + offset
+    near = length(width_m * (index + 0.5) - p_m[:, None]) <= range_m
+    near[:, len(offset) // 2] = True
+    near &= inside(index, N_BINS)
+    pose, place = near.nonzero()
     x, y = index[pose, place].T
     out = own.copy()
-    np.maximum.at(out, (robot[pose], x, y), in_place[pose].astype(np.float32))
+    np.maximum.at(out.reshape(-1), (robot[pose] * N_BINS + x) * N_BINS + y, in_place[pose].astype(np.float32))
     return out
 
 

@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float, Int
 
 from wifipgo import segments
 from wifipgo.errors import require
+from wifipgo.se2 import length
 from wifipgo.world.layout import Layout
 from wifipgo.world.polygons import inside_polygon
 
@@ -68,9 +69,15 @@ def empty_map(layout: Layout, size_m: float) -> CellMap:
 
 @functools.cache
 def window(reach: int) -> Int[np.ndarray, "cells 2"]:
-    """Offsets of the cells around one."""
+    """Offsets of the cells around one, which is in their middle."""
     steps = np.arange(-reach, reach + 1)
     return np.stack(np.meshgrid(steps, steps, indexing="ij"), -1).reshape(-1, 2)
+
+
+def inside(index: Int[np.ndarray, "... 2"], n_cells: int) -> Bool[np.ndarray, "..."]:
+    """Which cells are in a room of so many each way."""
+    within = index.view(np.uint64) < n_cells  # less than 0 is a large number then
+    return within[..., 0] & within[..., 1]
 
 
 def reveal(
@@ -82,17 +89,19 @@ def reveal(
 ) -> CellMap:
     """See the free cells whose middle is within range of a robot, with nothing in between."""
     n, reach = len(cells.seen), int(np.ceil(range_m / CELL_M))
-    index = np.floor(p_m / CELL_M).astype(int)[:, None] + window(reach)[None]
-    gap_m = CELL_M * (index + 0.5) - p_m[:, None]
-    near = gap_m[..., 0] ** 2 + gap_m[..., 1] ** 2 <= range_m**2
-    robot, place = np.nonzero(near & ((index >= 0) & (index < n)).all(axis=-1))
-    found = index[robot, place]
-    clear = cells.free[found[:, 0], found[:, 1]]
-    clear[clear] = _in_sight(p_m, robot[clear], CELL_M * (found[clear] + 0.5), faces_m, range_m)
-    robot, found = robot[clear], found[clear]
+    index = np.floor(p_m / CELL_M).astype(np.int64)[:, None] + window(reach)
+    near = length(CELL_M * (index + 0.5) - p_m[:, None]) <= range_m
+    robot, place = np.nonzero(near & inside(index, n))
+    x, y = index[robot, place].T
+    cell = x * n + y
+    clear = cells.free.ravel()[cell].nonzero()[0]
+    robot, cell = robot[clear], cell[clear]
+    if len(faces_m):
+        clear = _in_sight(p_m, robot, middles(n)[cell], faces_m, range_m)
+        robot, cell = robot[clear], cell[clear]
     seen = cells.seen.copy()
-    seen[found[:, 0], found[:, 1]] = True
-    return CellMap(cells.free, seen, (*cells.sightings, Sightings(robot, found[:, 0] * n + found[:, 1])))
+    seen.reshape(-1)[cell] = True
+    return CellMap(cells.free, seen, (*cells.sightings, Sightings(robot, cell)))
 
 
 def _in_sight(
@@ -104,8 +113,6 @@ def _in_sight(
 ) -> Bool[np.ndarray, " sightings"]:
     """Whether nothing hides a point from its robot; only faces within range of a robot are tried."""
     clear = np.ones(len(robot), dtype=bool)
-    if not len(faces_m):
-        return clear
     near = segments.distance_to_segments(p_m, faces_m) <= range_m
     tried = np.flatnonzero(np.any(near, axis=1)[robot])
     faces_m = faces_m[np.any(near, axis=0)]
