@@ -79,11 +79,16 @@ def _known_at_both_ends(belief: Belief, solved: Int[np.ndarray, " solved"], scen
 
 def _surveyed(belief: Belief, moved: Bool[np.ndarray, " robots"], scenario: Scenario) -> Belief:
     """Own maps: with what is seen from the newest poses, or anew where the trajectory moved."""
-    poses = np.zeros(belief.estimate.shape[:2], dtype=bool)
-    poses[:, -1] = poses[moved] = True
-    robot, time = np.nonzero(poses)
+    own, n_times = belief.survey.own, belief.estimate.shape[1]
+    if moved.any():
+        poses = np.zeros(belief.estimate.shape[:2], dtype=bool)
+        poses[:, -1] = poses[moved] = True
+        robot, time = poses.nonzero()
+        own = np.where(moved[:, None, None], np.float32(0.0), own)
+    else:
+        robot, time = np.arange(len(own)), np.full(len(own), n_times - 1)
     own = surveyed(
-        np.where(moved[:, None, None], np.float32(0.0), belief.survey.own),
+        own,
         robot,
         belief.estimate[robot, time, :2],
         probability_in_place(belief.trail[robot, time], reach_m=_reach_m(scenario)),

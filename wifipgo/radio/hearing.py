@@ -64,8 +64,8 @@ def probe_links(
     if standing is not None and standing.diffuse is not None:
         paths = with_diffuse(paths, p_m[low], p_m[high], standing.diffuse, carrier_hz=cfg.carrier_hz)
     channel = csi.centre_channel(paths, bandwidth_hz=cfg.bandwidth_hz)
-    power = (channel.real**2 + channel.imag**2).astype(np.float64)
-    carried, shown_db = link.carried(cfg.snr_scale * power, bandwidth_hz=cfg.bandwidth_hz)
+    power = channel.real**2 + channel.imag**2
+    carried, shown_db = link.carried(np.float32(cfg.snr_scale) * power, bandwidth_hz=cfg.bandwidth_hz)
     rate, esnr = carried.take(row), shown_db.take(row)
     itself = slice(None, None, n + 1)
     rate.flat[itself], esnr.flat[itself] = 0.0, -30.0
@@ -85,7 +85,8 @@ def _pairs(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def _towards(links: Links, receiver: np.ndarray, sender: np.ndarray) -> Paths:
     """Paths of each link as its receiver sees them."""
-    chosen = Paths(*(column[links.row[receiver, sender]] for column in links.paths))
+    row = links.row[receiver, sender]
+    chosen = Paths(*(column.take(row, axis=0) for column in links.paths))
     arrives = np.where((receiver > sender)[:, None], chosen.azimuth_rx_rad, chosen.azimuth_tx_rad)
     return chosen._replace(azimuth_rx_rad=arrives)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Float32, Int
 from scipy.special import log_ndtr
 
 from wifipgo.errors import require
@@ -19,17 +19,19 @@ from wifipgo.radio.bands import BANDS, band_of
 # QPSK, 16-QAM and 64-QAM (Halperin et al., Table 2).
 _BER_SCALE = np.array([1.0, 1.0, 3.0 / 4.0, 7.0 / 12.0])
 _SNR_SPREAD = np.array([1.0, 2.0, 10.0, 42.0])
-# Log error rates by dB, a row per modulation. Linear interpolation errs by less than 1e-3 dB, does not
-# underflow where the rate itself would, and costs half of the special function.
+# Log error rates by dB, a row per modulation. Linear interpolation errs by less than 1e-3 dB, also in single
+# precision, does not underflow where the rate itself would, and costs a quarter of the special function.
 _STEP_DB = 0.025
 _TABLE_DB = np.arange(-60.0, 60.0 + _STEP_DB, _STEP_DB)
 _LOG_BER = np.log(_BER_SCALE)[:, None] + log_ndtr(
     -np.sqrt(2.0 * 10.0 ** (_TABLE_DB / 10.0) / _SNR_SPREAD[:, None])
 )
-_LOG_BER_RISE = np.diff(_LOG_BER, axis=1, append=_LOG_BER[:, -1:])
 _MINUS_LOG_BER = -_LOG_BER  # ascends, as interpolation wants it
+_TABLE = _LOG_BER.astype(np.float32)
+_TABLE_RISE = np.diff(_LOG_BER, axis=1, append=_LOG_BER[:, -1:]).astype(np.float32)
 
 _LEAST_ESNR_DB = -30.0
+_SLACK_DB = 0.01  # far more than the tables err
 
 # What MCS 0 to 7 need, whatever the bandwidth, and the modulation in which it is measured.
 RATE_ESNR_DB = np.array([4.0, 7.0, 9.0, 12.0, 16.0, 20.0, 21.0, 22.0])
@@ -82,12 +84,12 @@ class _Places(NamedTuple):
     """
 
     below: Int[np.ndarray, "subcarriers links"]
-    beyond: Float[np.ndarray, "subcarriers links"]
+    beyond: Float32[np.ndarray, "subcarriers links"]
 
     @classmethod
     def of(cls, snr: Float[np.ndarray, "links subcarriers"]) -> "_Places":
         """Look SNRs up."""
-        place = np.maximum(snr.T, 1e-6, order="C")
+        place = np.maximum(snr.T, 1e-6, order="C", dtype=np.float32, casting="same_kind")
         np.log10(place, out=place)
         place *= 10.0 / _STEP_DB
         place -= _TABLE_DB[0] / _STEP_DB
@@ -99,9 +101,9 @@ class _Places(NamedTuple):
 
 def _flat_snr_db(places: _Places, modulation: int) -> Float[np.ndarray, " links"]:
     """SNR of the flat channel with the same mean error rate, dB."""
-    log_ber = _LOG_BER_RISE[modulation].take(places.below)
+    log_ber = _TABLE_RISE[modulation].take(places.below)
     log_ber *= places.beyond
-    log_ber += _LOG_BER[modulation].take(places.below)
+    log_ber += _TABLE[modulation].take(places.below)
     highest = np.maximum.reduce(log_ber)
     log_ber -= highest
     np.exp(log_ber, out=log_ber)
@@ -115,8 +117,9 @@ def carried(
 ) -> tuple[Float[np.ndarray, " links"], Float[np.ndarray, " links"]]:
     """Rate of each link, and its effective SNR for 64-QAM.
 
-    The same as `rate_mbit_s` of `esnr_db`, but a modulation is only looked at where no faster one
-    passes: that is what decides.
+    The same as `rate_mbit_s` of `esnr_db`, but a modulation is only looked at where no faster one passes, and
+    where it can: effective SNR grows with the modulation, whose error rate is the less convex (Arrow
+    and Pratt's theorem), so that for 64-QAM is the highest.
 
     Args:
         snr: Linear SNR per subcarrier, >= 0.
@@ -126,18 +129,19 @@ def carried(
         Rate, Mb/s, and effective SNR, dB.
     """
     places, rates = _Places.of(snr), band_of(bandwidth_hz).rates_mbit_s
-    shown_db = esnr = _flat_snr_db(places, _FASTEST)
-    rate, rows = np.zeros(len(snr)), np.arange(len(snr))
+    shown_db = _flat_snr_db(places, _FASTEST)
+    rate, waits = np.zeros(len(snr)), np.ones(len(snr), dtype=bool)
     for modulation, (needs_db, first) in reversed(_MCS_OF.items()):
-        if modulation != _FASTEST:
-            esnr = _flat_snr_db(places, modulation)
+        able = (waits & (shown_db >= needs_db[0] - _SLACK_DB)).nonzero()[0]
+        if not len(able):
+            continue
+        if modulation == _FASTEST:
+            esnr = shown_db.take(able)
+        else:
+            esnr = _flat_snr_db(_Places(*(column.take(able, axis=-1) for column in places)), modulation)
         n_passed = needs_db.searchsorted(esnr, side="right")
-        rate[rows] = rates.take(first - 1 + n_passed, mode="clip")
-        left = (n_passed == 0).nonzero()[0]
-        if not len(left):
-            return rate, shown_db
-        rows, places = rows[left], _Places(*(column.take(left, axis=-1) for column in places))
-    rate[rows] = 0.0
+        rate[able] = np.where(n_passed > 0, rates.take(first - 1 + n_passed, mode="clip"), 0.0)
+        waits[able] = n_passed == 0
     return rate, shown_db
 
 
