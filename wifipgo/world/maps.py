@@ -61,9 +61,13 @@ def check_apart(obstacles_m: Sequence[Corners]) -> None:
     Raises:
         ValueError: Two that overlap; names both indices.
     """
-    parts = [convex_parts(np.array(corners)) for corners in obstacles_m]
+    polygons = [np.array(corners) for corners in obstacles_m]
+    low_m = np.array([polygon.min(axis=0) for polygon in polygons])
+    high_m = np.array([polygon.max(axis=0) for polygon in polygons])
+    parts = [convex_parts(polygon) for polygon in polygons]
     for later, own in enumerate(parts):
-        for earlier in range(later):
+        boxes_meet = ((low_m[:later] < high_m[later]) & (low_m[later] < high_m[:later])).all(axis=-1)
+        for earlier in np.flatnonzero(boxes_meet).tolist():
             apart = all(_separated(a, b) for a in parts[earlier] for b in own)
             require(apart, f"{OBSTACLES}[{later}]", f"clear of {OBSTACLES}[{earlier}]", obstacles_m[later])
 
@@ -118,9 +122,12 @@ class Floor:
         self._cell_m = size_m / n
         at_m = self._cell_m * (np.arange(n) + 0.5)
         centre_m = np.stack(np.meshgrid(at_m, at_m, indexing="ij"), -1).reshape(-1, 2)
-        gap_m = gap_to_obstacles(centre_m, [np.array(corners) for corners in obstacles_m])
-        gap_m = np.minimum(gap_m, np.minimum(centre_m, size_m - centre_m).min(axis=1))
-        self._part = ndimage.label(gap_m.reshape(n, n) >= radius_m)[0]
+        fits = np.minimum(centre_m, size_m - centre_m).min(axis=1) >= radius_m
+        for corners in map(np.array, obstacles_m):
+            near = (centre_m > corners.min(axis=0) - radius_m) & (centre_m < corners.max(axis=0) + radius_m)
+            cells = np.flatnonzero(near.all(axis=1))
+            fits[cells] &= gap_to_obstacles(centre_m[cells], [corners]) >= radius_m
+        self._part = ndimage.label(fits.reshape(n, n))[0]
         self._near = np.where(self._part > 0, self._part, ndimage.grey_dilation(self._part, size=(3, 3)))
 
     def part_of(self, p_m: Float[np.ndarray, "points 2"]) -> Int[np.ndarray, " points"]:
