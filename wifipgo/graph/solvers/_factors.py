@@ -65,7 +65,10 @@ def add_told(
     doubted: bool,
 ) -> None:
     """Tie tails to what outsiders told."""
-    T_world_tail, covariance = told_tails(edges, told_sigma)
+    T_world_tail, variance, lever_m = told_tails(edges, told_sigma)
+    lever = np.column_stack([lever_m, np.ones(len(edges))])
+    turn = variance[:, 1, None, None] * lever[:, :, None] * lever[:, None, :]
+    covariance = turn + variance[:, 0, None, None] * np.diag([1.0, 1.0, 0.0])
     for i, pose, cov in zip(keys(edges.tail, first_key), T_world_tail.tolist(), covariance, strict=True):
         noise = gtsam.noiseModel.Gaussian.Covariance(cov)
         graph.addPriorPose2(i, gtsam.Pose2(*pose), huber(noise) if doubted else noise)
@@ -73,7 +76,7 @@ def add_told(
 
 def told_tails(
     edges: Edges, told_sigma: Float[np.ndarray, "#edges 2"]
-) -> tuple[Float[np.ndarray, "edges 3"], Float[np.ndarray, "edges 3 3"]]:
+) -> tuple[Float[np.ndarray, "edges 3"], Float[np.ndarray, "edges 2"], Float[np.ndarray, "edges 2"]]:
     """Where tails are by what outsiders told: T_world_tail = T_world_head T_tail_head^-1.
 
     Noise of z and of the told pose both sit at the head. Seen from the tail, a turn
@@ -81,14 +84,15 @@ def told_tails(
     and needs no further variable.
 
     Returns:
-        Poses, and their covariances in axes of the tail.
+        Poses; variances of position, m^2 on each axis, and heading, rad^2; and the shift in axes of the
+        tail, m, that comes with an error of one rad of the heading.
     """
     variance = edges.sigma**2 / edges.weight[:, None] + told_sigma**2
-    lever = np.stack([edges.z[:, 1], -edges.z[:, 0], np.ones(len(edges))], axis=-1)
-    turn = variance[:, 1, None, None] * lever[:, :, None] * lever[:, None, :]
-    return se2.compose(edges.told, se2.inverse(edges.z)), turn + variance[:, 0, None, None] * np.diag(
-        [1.0, 1.0, 0.0]
-    )
+    shift = np.stack([edges.z[:, 1], -edges.z[:, 0]], axis=-1)
+    T_world_tail = edges.told.copy()
+    T_world_tail[:, 2] = se2.wrap_angle(edges.told[:, 2] - edges.z[:, 2])
+    T_world_tail[:, :2] -= se2.rotate(T_world_tail[:, 2], edges.z[:, :2])
+    return T_world_tail, variance, shift
 
 
 def add_bearings(

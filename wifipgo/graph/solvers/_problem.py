@@ -24,21 +24,33 @@ TOLD_SIGMA = (0.6, 0.2)  # m, rad: least error over random walks of 4 and 10 rob
 
 
 class Problem(NamedTuple):
-    """Who takes part, with which of the measurements."""
+    """Who takes part, with which of the measurements.
+
+    Attributes:
+        team: Robots.
+        first_key: Row of the first pose of each robot that takes part.
+        start: Poses where the search starts.
+        start_sigma: How well the first poses are known.
+        rows: Edges in the order of their factors, which come after those that hold the first poses.
+        inner: The first of them, between participants.
+        outer: The others, to outsiders.
+        tail: Pose at the tail of each row.
+        head: Pose at the head of each inner row.
+        told_sigma: Uncertainty of what outsiders told.
+        doubted: Rows other than odometry.
+    """
 
     team: list[int]
     first_key: Int[np.ndarray, " robots"]
     start: Float[np.ndarray, "poses 3"]
     start_sigma: Float[np.ndarray, "team 2"]
+    rows: Int[np.ndarray, " rows"]
     inner: Int[np.ndarray, " inner"]
     outer: Int[np.ndarray, " outer"]
+    tail: Int[np.ndarray, " rows"]
+    head: Int[np.ndarray, " inner"]
     told_sigma: Float[np.ndarray, "outer 2"]
     doubted: Bool[np.ndarray, " rows"]
-
-    @property
-    def rows(self) -> Int[np.ndarray, " rows"]:
-        """Edges in the order of their factors, which come after those that hold the first poses."""
-        return np.concatenate([self.inner, self.outer])
 
 
 def posed(
@@ -55,30 +67,47 @@ def posed(
     require(len(set(team)) == len(team) > 0, "robots", "one or more, each once", robots)
     first_key = np.full(len(poses), -1)
     first_key[team] = np.arange(len(team)) * poses.shape[1]
-    inner, outer = _split(edges, first_key, told=pick(THIRD_PARTY, third_party, "third-party option"))
+    rows, n_inner = _rows(edges, first_key, told=pick(THIRD_PARTY, third_party, "third-party option"))
     told = np.broadcast_to(np.asarray(told_sigma, dtype=np.float64), (len(edges), 2))
     known = np.broadcast_to(np.asarray(start_sigma, dtype=np.float64), (len(poses), 2))
-    doubted = ~odometry(edges)[np.concatenate([inner, outer])]
+    ends = edges.tail.take(rows, axis=0), edges.head.take(rows, axis=0)
+    tail, head = (first_key.take(end[:, 0]) + end[:, 1] for end in ends)
     start = poses[team].reshape(-1, 3)
     finite = np.isfinite(start).all(axis=1)
     require(bool(finite.all()), "poses of those who take part", "finite", start[~finite])
-    return Problem(team, first_key, start, known[team], inner, outer, told[outer], doubted)
+    loose = np.ones(len(start), dtype=bool)
+    loose[first_key[team]] = loose[tail] = loose[head[:n_inner]] = False
+    require(not loose.any(), "poses without any measurement", "none", int(loose.sum()))
+    inner, outer = rows[:n_inner], rows[n_inner:]
+    doubted = ~_odometry(*ends)
+    return Problem(
+        team, first_key, start, known[team], rows, inner, outer, tail, head[:n_inner], told[outer], doubted
+    )
 
 
 def odometry(edges: Edges) -> Bool[np.ndarray, " edges"]:
     """Which measurements are of a robot's next pose: trusted by every outlier method."""
-    return ~edges.between_robots & (edges.head[:, 1] == edges.tail[:, 1] + 1)
+    return _odometry(edges.tail, edges.head)
 
 
-def _split(
+def _odometry(
+    tail: Int[np.ndarray, "edges 2"], head: Int[np.ndarray, "edges 2"]
+) -> Bool[np.ndarray, " edges"]:
+    return (head[:, 0] == tail[:, 0]) & (head[:, 1] == tail[:, 1] + 1)
+
+
+def _rows(
     edges: Edges, first_key: Int[np.ndarray, " robots"], *, told: bool
-) -> tuple[Int[np.ndarray, " inner"], Int[np.ndarray, " outer"]]:
-    """Rows between participants, and rows to outsiders (none unless ``told``), sorted by tail, head and z."""
-    ours = np.flatnonzero((first_key[edges.tail[:, 0]] >= 0) & (edges.weight > 0.0))
-    columns = (*edges.tail[ours].T, *edges.head[ours].T, *edges.z[ours].T)
-    ours = ours[np.lexsort(columns[::-1])]  # gtsam repeats itself to the bit only for one order of edges
-    inside = first_key[edges.head[ours, 0]] >= 0
-    return ours[inside], ours[~inside & told]
+) -> tuple[Int[np.ndarray, " rows"], int]:
+    """Rows between participants, then to outsiders if ``told``, by tail, head and z; how many come first."""
+    ours = np.flatnonzero((first_key >= 0).take(edges.tail[:, 0]))
+    ours = ours[edges.weight.take(ours) > 0.0]
+    tail, head = edges.tail.take(ours, axis=0), edges.head.take(ours, axis=0)
+    outside = first_key.take(head[:, 0]) < 0
+    columns = (outside, *tail.T, *head.T, *edges.z.take(ours, axis=0).T)
+    order = np.lexsort(columns[::-1])  # gtsam repeats itself to the bit only for one order of edges
+    n_inner = len(ours) - int(outside.sum())
+    return ours[order[: None if told else n_inner]], n_inner
 
 
 def build(problem: Problem, edges: Edges, *, huber: bool) -> gtsam.NonlinearFactorGraph:
@@ -87,6 +116,4 @@ def build(problem: Problem, edges: Edges, *, huber: bool) -> gtsam.NonlinearFact
     add_anchors(graph, problem.start, problem.start_sigma)
     add_between(graph, select(edges, problem.inner), key, problem.doubted[: len(problem.inner)] & huber)
     add_told(graph, select(edges, problem.outer), problem.told_sigma, key, doubted=huber)
-    n_loose = len(problem.start) - len(graph.keyVector())
-    require(n_loose == 0, "poses without any measurement", "none", n_loose)
     return graph

@@ -1,16 +1,16 @@
-"""Gauss-Newton with Levenberg-Marquardt to fall back on, and truncated squares around the latter."""
+"""Gtsam's Gauss-Newton, Levenberg-Marquardt to fall back on, and truncated squares around the latter."""
 
+from functools import partial
 from typing import NamedTuple
 
 import gtsam
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
+
+from wifipgo.graph.growth import in_world_axes
+from wifipgo.graph.solvers._descent import descend
 
 TOLERANCE = 1e-8  # on the relative and absolute fall of the error: poses within about 0.1 mm of the optimum
-SLACK, ROUNDING = 1e-9, 1e-13  # of squares, absolute and relative: within 1e-4 sigmas, all poses together
-NEAR = 1.0  # fall of the error below which the factors serve again, while each step's fall is
-SHRINKING = 0.1  # of the last one's at most
-MAX_STEPS = 20  # of Gauss-Newton; where it is of use it needs 2 to 8
 GNC_CONFIDENCE = 0.99  # share of good measurements that truncation keeps
 
 
@@ -23,6 +23,26 @@ class Found(NamedTuple):
     before: float
     after: float
     weight: Float[np.ndarray, " rows"] | None = None
+
+    @property
+    def poses(self) -> Float[np.ndarray, "poses 3"]:
+        """Poses by key."""
+        found: np.ndarray = gtsam.utilities.extractPose2(self.values)
+        return found
+
+    def covariances(self, rows: Int[np.ndarray, " some"]) -> Float[np.ndarray, "some 3 3"]:
+        """Covariances of some poses, along the axes of the world."""
+        return covariances_of(self.graph, self.values, rows)
+
+
+def covariances_of(
+    graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, rows: Int[np.ndarray, " some"]
+) -> Float[np.ndarray, "some 3 3"]:
+    """Covariances of some poses, from the axes of each pose, where gtsam has them, to the world's."""
+    marginals = gtsam.Marginals(graph, values)
+    own_axes = np.array([marginals.marginalCovariance(key) for key in rows.tolist()])
+    yaw_rad = np.array([values.atPose2(key).theta() for key in rows.tolist()])
+    return in_world_axes(own_axes, yaw_rad)
 
 
 def as_values(start: Float[np.ndarray, "poses 3"]) -> gtsam.Values:
@@ -45,44 +65,42 @@ def optimise(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> Found:
     return _damped(graph, values, graph.error(values), 0)
 
 
+class _At(NamedTuple):
+    """Poses as gtsam's, and half the chi-square there."""
+
+    values: gtsam.Values
+    error: float
+
+
 def least_squares(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> Found:
     """Gauss-Newton while the error falls; Levenberg-Marquardt from the best poses once it does not.
 
-    One order of elimination serves all steps, and near the optimum one factorisation serves several. Falls
-    shrink at least geometrically there, so the search ends when the next one would be below the tolerance,
-    without a step to see it.
+    One order of elimination serves all steps.
     """
     ordering = gtsam.Ordering.ColamdNonlinearFactorGraph(graph)
-    before = error = graph.error(values)
-    factored, last_fall = None, 0.0
-    for iteration in range(1, MAX_STEPS + 1):
-        try:
-            delta, factors = _step(graph.linearize(values), ordering, factored)
-        except RuntimeError:  # singular to working precision
-            break
-        stepped, slack = values.retract(delta), SLACK + ROUNDING * error
-        fall = error - graph.error(stepped)
-        if factored is None and not fall >= -slack:  # downhill, yet not down; or not a number
-            break
-        if fall > 0.0:
-            values, error = stepped, error - fall
-        shrinking = abs(fall) / last_fall if last_fall > 0.0 else 1.0
-        if abs(fall) * min(1.0, shrinking) <= slack:
-            return Found(graph, values, iteration, before, error)
-        again = 0.0 < fall < NEAR and (factored is None or shrinking < SHRINKING)
-        factored, last_fall = factors if again else None, fall
-    return _damped(graph, values, before, iteration)
+    start = _At(values, graph.error(values))
+    at, steps, settled = descend(partial(_step, graph, ordering), start)
+    if not settled:
+        return _damped(graph, at.values, start.error, steps)
+    return Found(graph, at.values, steps, start.error, at.error)
 
 
 def _step(
-    linear: gtsam.GaussianFactorGraph, ordering: gtsam.Ordering, factored: gtsam.GaussianBayesNet | None
-) -> tuple[gtsam.VectorValues, gtsam.GaussianBayesNet]:
-    """A step and the factors behind it: of the system itself, or of one nearby with the slope of this."""
-    if factored is None:
-        factored = linear.eliminateSequential(ordering)
-        return factored.optimize(), factored
-    slope = linear.gradientAtZero()
-    return factored.backSubstitute(factored.backSubstituteTranspose(slope)).scale(-1.0), factored
+    graph: gtsam.NonlinearFactorGraph,
+    ordering: gtsam.Ordering,
+    at: _At,
+    factors: gtsam.GaussianBayesNet | None,
+) -> tuple[_At, gtsam.GaussianBayesNet]:
+    """A step by the factors given, with the slope of the system itself, or by those of the system."""
+    linear = graph.linearize(at.values)
+    if factors is None:
+        factors = linear.eliminateSequential(ordering)
+        delta = factors.optimize()
+    else:
+        slope = linear.gradientAtZero()
+        delta = factors.backSubstitute(factors.backSubstituteTranspose(slope)).scale(-1.0)
+    values = at.values.retract(delta)
+    return _At(values, graph.error(values)), factors
 
 
 def _damped(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, before: float, spent: int) -> Found:

@@ -1,15 +1,16 @@
 """How well robots know where they are: covariances of their last poses (inverse information of Eq. 3)."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 
-import gtsam
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from wifipgo.graph.growth import in_world_axes
 from wifipgo.graph.posegraph import Edges
+from wifipgo.graph.solvers._banded import begun, covariances
+from wifipgo.graph.solvers._descent import SingularError
 from wifipgo.graph.solvers._problem import KNOWN_START, TOLD_SIGMA, Problem, build, posed
-from wifipgo.graph.solvers._search import as_values
+from wifipgo.graph.solvers._search import as_values, covariances_of
 
 
 def end_covariances(
@@ -50,17 +51,14 @@ def end_covariances(
         told_sigma=told_sigma,
         start_sigma=start_sigma,
     )
+    rows, begin = last_rows(problem, robots), begun(problem, edges)
+    if begin is not None:
+        with suppress(SingularError):  # gtsam says which pose it is
+            return covariances(*begin, rows)
     graph = build(problem, edges, huber=False)
-    return ends_of(graph, as_values(problem.start), problem, robots)
+    return covariances_of(graph, as_values(problem.start), rows)
 
 
-def ends_of(
-    graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, problem: Problem, robots: Sequence[int]
-) -> Float[np.ndarray, "team 3 3"]:
-    """Covariances of last poses, from the axes of each pose, where gtsam has them, to the world's."""
-    n_times = len(problem.start) // len(problem.team)
-    last = [int(problem.first_key[robot]) + n_times - 1 for robot in robots]
-    marginals = gtsam.Marginals(graph, values)
-    own_axes = np.array([marginals.marginalCovariance(key) for key in last])
-    yaw_rad = np.array([values.atPose2(key).theta() for key in last])
-    return in_world_axes(own_axes, yaw_rad)
+def last_rows(problem: Problem, robots: Sequence[int]) -> Int[np.ndarray, " robots"]:
+    """Rows of the robots' last poses in the problem."""
+    return problem.first_key[list(robots)] + len(problem.start) // len(problem.team) - 1

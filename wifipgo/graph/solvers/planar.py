@@ -10,11 +10,12 @@ from jaxtyping import Bool, Float, Int
 from wifipgo.errors import pick
 from wifipgo.graph.bearings import Bearings, bearing_residuals, select_bearings
 from wifipgo.graph.posegraph import Edges
+from wifipgo.graph.solvers._banded import Lowest, lowest
 from wifipgo.graph.solvers._factors import add_bearings
 from wifipgo.graph.solvers._losses import BEARING_C, LOSSES, geman_mcclure_weight, huber_weight
 from wifipgo.graph.solvers._problem import ANCHOR_SIGMA, KNOWN_START, TOLD_SIGMA, Problem, build, posed
 from wifipgo.graph.solvers._search import Found, as_values, least_squares, optimise, truncate
-from wifipgo.graph.solvers.ends import ends_of
+from wifipgo.graph.solvers.ends import last_rows
 from wifipgo.graph.solvers.report import Report, WeighedDown
 
 LEAST_WEIGHT = 1e-8  # of what GNC lets go: nothing, and no pose floats
@@ -69,15 +70,15 @@ def solve(
         told_sigma=told_sigma,
         start_sigma=start_sigma,
     )
-    found = _truncated(problem, edges) if loss == "gnc" else _plain(problem, edges, huber=loss == "huber")
+    found = _found(problem, edges, loss)
     down = _let_go(loss, problem, found)
-    solved = _put_back(poses, found.values, problem)
+    solved = _put_back(poses, found.poses, problem)
     if bearings is not None:
-        solved, found, heard_down = _with_bearings(solved, found, bearings, problem)
+        solved, found, heard_down = _with_bearings(solved, found, bearings, problem, edges)
         down += heard_down
     used = len(problem.rows)
     chi2 = 2.0 * found.before, 2.0 * found.after
-    ends = ends_of(found.graph, found.values, problem, robots) if covariances else None
+    ends = found.covariances(last_rows(problem, robots)) if covariances else None
     return solved, Report(found.iterations, *chi2, used, len(edges) - used, down, ends)
 
 
@@ -98,10 +99,16 @@ def _heard(bearings: Bearings | None, first_key: Int[np.ndarray, " robots"]) -> 
     return ours[np.lexsort(columns[::-1])]
 
 
-def _plain(problem: Problem, edges: Edges, *, huber: bool) -> Found:
-    """One search with squares, or with Huber's loss on what is doubted."""
-    search = optimise if huber else least_squares
-    return search(build(problem, edges, huber=huber), as_values(problem.start))
+def _found(problem: Problem, edges: Edges, loss: str) -> Found | Lowest:
+    """One search under a loss: squares without gtsam where that is faster."""
+    if loss == "gnc":
+        return _truncated(problem, edges)
+    if loss == "none":
+        low = lowest(problem, edges)
+        if low is not None:
+            return low
+    search = optimise if loss == "huber" else least_squares
+    return search(build(problem, edges, huber=loss == "huber"), as_values(problem.start))
 
 
 def _truncated(problem: Problem, edges: Edges) -> Found:
@@ -116,10 +123,10 @@ def _truncated(problem: Problem, edges: Edges) -> Found:
 
 
 def _put_back(
-    poses: Float[np.ndarray, "robots times 3"], values: gtsam.Values, problem: Problem
+    poses: Float[np.ndarray, "robots times 3"], found: Float[np.ndarray, "poses 3"], problem: Problem
 ) -> Float[np.ndarray, "robots times 3"]:
     """All robots' poses with those found; a known first pose stays to the bit."""
-    found = gtsam.utilities.extractPose2(values).reshape(len(problem.team), poses.shape[1], 3)
+    found = found.reshape(len(problem.team), poses.shape[1], 3)
     known = (problem.start_sigma <= ANCHOR_SIGMA).all(axis=1)
     found[known, 0] = poses[problem.team, 0][known]
     solved = poses.copy()
@@ -127,9 +134,9 @@ def _put_back(
     return solved
 
 
-def _let_go(loss: str, problem: Problem, found: Found) -> tuple[WeighedDown, ...]:
+def _let_go(loss: str, problem: Problem, found: Found | Lowest) -> tuple[WeighedDown, ...]:
     """Edges that the loss weighs less than squares would."""
-    if loss == "none":
+    if isinstance(found, Lowest) or loss == "none":
         return ()
     weight = found.weight
     if weight is None:
@@ -142,17 +149,23 @@ def _let_go(loss: str, problem: Problem, found: Found) -> tuple[WeighedDown, ...
 
 
 def _with_bearings(
-    poses: Float[np.ndarray, "robots times 3"], first: Found, bearings: Bearings, problem: Problem
-) -> tuple[Float[np.ndarray, "robots times 3"], Found, tuple[WeighedDown, ...]]:
+    poses: Float[np.ndarray, "robots times 3"],
+    first: Found | Lowest,
+    bearings: Bearings,
+    problem: Problem,
+    edges: Edges,
+) -> tuple[Float[np.ndarray, "robots times 3"], Found | Lowest, tuple[WeighedDown, ...]]:
     """Add bearings to a first solution, and search on from there; again without pairs that disown theirs."""
     heard = _heard(bearings, problem.first_key)
     kept, solved, found = heard, poses, first
+    deaf = build(problem, edges, huber=False) if isinstance(first, Lowest) else first.graph
+    values = as_values(first.poses) if isinstance(first, Lowest) else first.values
     while len(kept):
         graph = gtsam.NonlinearFactorGraph()
-        graph.push_back(first.graph)
+        graph.push_back(deaf)
         add_bearings(graph, select_bearings(bearings, kept), problem.first_key)
-        found = optimise(graph, first.values)
-        solved = _put_back(poses, found.values, problem)
+        found = optimise(graph, values)
+        solved = _put_back(poses, found.poses, problem)
         disowned = _disowned(solved, select_bearings(bearings, kept))
         if not disowned.any():
             break
