@@ -71,3 +71,24 @@ def test_layout_that_does_not_fit_says_what_is_too_many() -> None:
         random_layout(2, ArenaConfig(size_m=10.0, n_obstacles=60), rng=np.random.default_rng(0))
     with pytest.raises(ValueError, match=r"n_robots must be at most .* got 500"):
         random_layout(500, ArenaConfig(size_m=5.0), rng=np.random.default_rng(0))
+
+
+def test_one_long_substep_ends_where_many_short_ones_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng, cfg, looked = np.random.default_rng(0), ArenaConfig(size_m=12.0, n_obstacles=2), []
+    sees = Arena._is_clear
+
+    def noted(self: Arena, *ways: np.ndarray) -> bool:
+        looked.append(sees(self, *ways))
+        return looked[-1]
+
+    for _ in range(300):
+        layout, waypoints = random_layout(3, cfg, rng=rng), rng.uniform(-1.0, 1.0, (3, 2))
+        with monkeypatch.context() as patch:
+            patch.setattr(Arena, "_is_clear", noted)
+            quick = Arena(layout, cfg, turn_rad=TURN_RAD).drive(layout.starts, waypoints)
+            patch.setattr(Arena, "_is_clear", lambda *_: False)
+            careful = Arena(layout, cfg, turn_rad=TURN_RAD).drive(layout.starts, waypoints)
+        np.testing.assert_allclose(quick.poses, careful.poses, rtol=0.0, atol=1e-9)
+        np.testing.assert_array_equal(quick.bumped, careful.bumped)
+        assert not (looked[-1] and careful.bumped.any())
+    assert 30 < sum(looked) < 270  # both ways were tried
