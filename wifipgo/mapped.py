@@ -94,5 +94,5 @@ def _offsets(tick: Tick, seen: _Seen) -> Float[np.ndarray, "n 2"]:
 def _shared(off_m: Float[np.ndarray, "squares 2"], count: Int[np.ndarray, " squares"], tick: Tick) -> Mapped:
     """The map with the share of the free cells that are mapped."""
     close = off_m[:, 0] ** 2 + off_m[:, 1] ** 2 <= (TOLERANCE_M * count) ** 2
-    share = (close & (count > 0)).sum() / tick.truth.cells.free.sum()
-    return Mapped(off_m, count, float(share))
+    share = np.count_nonzero(close & (count > 0)) / np.count_nonzero(tick.truth.cells.free)
+    return Mapped(off_m, count, share)

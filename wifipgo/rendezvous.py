@@ -132,6 +132,8 @@ def place_calls(
     is the one with the highest rate; effective SNR decides between equal rates. A call that is up
     stays with its callee while the caller requests and a ping still passes.
     """
+    if not request.any():
+        return no_calls(len(request), cfg)
     robots = np.arange(len(request))
     reachable = rate_mbit_s > 0.0
     rank = np.where(reachable, rate_mbit_s + 1e-3 * esnr_db, -np.inf)
@@ -146,6 +148,8 @@ def raise_demands(
     calls: Calls, rate_mbit_s: Float[np.ndarray, "robots robots"], *, step_mbit_s: float
 ) -> Calls:
     """Ask for more than the link now carries, so that the callee keeps coming (Algorithm 1, line 10)."""
+    if (calls.callee == NOBODY).all():
+        return calls
     robots = np.arange(len(calls.callee))
     rate = np.where(calls.callee != NOBODY, rate_mbit_s[robots, calls.callee], 0.0)
     return Calls(calls.callee, np.where(calls.q_mbit_s <= rate, rate + step_mbit_s, calls.q_mbit_s))

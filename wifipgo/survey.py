@@ -90,4 +90,4 @@ def surveyed(
 
 def team_share(survey: Survey) -> float:
     """Mean over the room of the surest that any robot's own map is: the mapped share as robots can tell."""
-    return float(survey.own.max(axis=0).mean())
+    return float(survey.own.max(axis=0).sum() / N_BINS**2)

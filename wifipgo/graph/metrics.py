@@ -76,11 +76,14 @@ def ate_trans(
 
     All robots have as many poses, so the mean over robots is Eq. 12 of the team.
     """
-    return ((estimate[..., :2] - reference[..., :2]) ** 2).sum(axis=-1).mean(axis=-1)
+    d_m = estimate - reference
+    total_m2: np.ndarray = (d_m[..., 0] ** 2 + d_m[..., 1] ** 2).sum(axis=-1)
+    return total_m2 / d_m.shape[-2]
 
 
 def ate_rot(
     estimate: Float[np.ndarray, "robots times 3"], reference: Float[np.ndarray, "robots times 3"]
 ) -> Float[np.ndarray, " robots"]:
     """Mean squared rotation error of each robot, unitless (paper Eq. 13); its mean is the team's."""
-    return chordal_square(estimate[..., 2] - reference[..., 2]).mean(axis=-1)
+    total: np.ndarray = chordal_square(estimate[..., 2] - reference[..., 2]).sum(axis=-1)
+    return total / estimate.shape[-2]

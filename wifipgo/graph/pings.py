@@ -31,6 +31,8 @@ NO_PINGS = Pings(
 
 def extended_pings(pings: Pings, more: Pings) -> Pings:
     """Append pings."""
+    if not len(more.observer):
+        return pings
     both = (np.concatenate(columns) for columns in zip(pings, more, strict=True))
     return Pings(*both)
 

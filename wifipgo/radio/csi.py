@@ -5,6 +5,7 @@ paths stay as they are while the robot turns or moves a little, so AOA errors co
 geometry and repeat at the same poses. What the receiver does to it: `wifipgo.radio.receiver`.
 """
 
+import functools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -126,7 +127,13 @@ def _subcarrier_angles(
     turns = -SUBCARRIER_SPACING_HZ * delay_s
     turns -= np.rint(turns)
     each = np.multiply(2.0 * np.pi, turns, dtype=np.float32, casting="same_kind")
-    return each[..., None] * band_of(bandwidth_hz).subcarriers.astype(np.float32)
+    return each[..., None] * _subcarriers_f32(bandwidth_hz)
+
+
+@functools.lru_cache(maxsize=len(BANDS))
+def _subcarriers_f32(bandwidth_hz: float) -> Float32[np.ndarray, " subcarriers"]:
+    """Indices of the reported subcarriers, in single precision."""
+    return band_of(bandwidth_hz).subcarriers.astype(np.float32)
 
 
 def centre_channel(paths: Paths, *, bandwidth_hz: float = 20e6) -> Complex[np.ndarray, "links subcarriers"]:

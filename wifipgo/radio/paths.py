@@ -129,24 +129,27 @@ def _spreading(wavelengths: Float[np.ndarray, " rays"]) -> Complex[np.ndarray, "
 
 def _padded(traced: list[tuple[Rays, Complex[np.ndarray, " _"]]], *, n_links: int) -> Paths:
     """Rays that something is left of, as rows of equal length."""
-    kept = [np.flatnonzero(gain) for _, gain in traced]
-    counts = [
-        np.bincount(rays.link.take(some), minlength=n_links)
-        for (rays, _), some in zip(traced, kept, strict=True)
-    ]
+    there = [_there(gains) for _, gains in traced]
+    links = [rays.link[some] for (rays, _), some in zip(traced, there, strict=True)]
+    counts = [np.bincount(link, minlength=n_links) for link in links]
     n_paths = max(1, int(np.add.reduce(counts).max(initial=0)))
     size, begin = n_links * n_paths, np.arange(n_links) * n_paths  # where the next ray of a link goes
     gain, delay_s, order = np.zeros(size, dtype=complex), np.zeros(size), np.full(size, -1)
     azimuth_rad = np.zeros((2, size))
-    for (rays, gains), some, count in zip(traced, kept, counts, strict=True):
-        place = np.arange(len(some)) + (begin - (np.cumsum(count) - count)).repeat(count)
+    for (rays, gains), some, link, count in zip(traced, there, links, counts, strict=True):
+        place = np.arange(len(link)) + (begin - (count.cumsum() - count)).take(link)
         begin += count
-        gain[place] = gains.take(some)
-        delay_s[place] = rays.length_m.take(some) / SPEED_OF_LIGHT_M_S
-        order[place] = np.minimum(rays.face[-1].take(some), 1) + len(rays.face) - 1
-        for azimuth, to_image_m in zip(azimuth_rad, rays.legs_m[:: len(rays.face)], strict=True):
-            x_m, y_m = to_image_m.take(some, axis=1)
-            azimuth[place] = np.arctan2(y_m + 0.0, x_m)  # -0.0 would give -pi
+        gain[place] = gains[some]
+        delay_s[place] = rays.length_m[some] / SPEED_OF_LIGHT_M_S
+        order[place] = np.minimum(rays.face[-1, some], 1) + len(rays.face) - 1
+        for azimuth, (x_m, y_m) in zip(azimuth_rad, rays.legs_m[:: len(rays.face)], strict=True):
+            azimuth[place] = np.arctan2(y_m[some] + 0.0, x_m[some])  # -0.0 would give -pi
     shape = (n_links, n_paths)
     columns = (gain, delay_s, azimuth_rad[1], azimuth_rad[0], order)
     return Paths(*(column.reshape(shape) for column in columns))
+
+
+def _there(gains: Complex[np.ndarray, " _"]) -> Int[np.ndarray, " rays"] | slice:
+    """Rays that something is left of: nearly always all, which need no copy."""
+    some = gains.nonzero()[0]
+    return slice(None) if len(some) == len(gains) else some

@@ -40,7 +40,7 @@ class CellMap(NamedTuple):
     @property
     def share(self) -> float:
         """Share of the free cells that were seen, in [0, 1]."""
-        return float((self.free & self.seen).sum() / self.free.sum())
+        return np.count_nonzero(self.free & self.seen) / np.count_nonzero(self.free)
 
 
 @functools.lru_cache(maxsize=8)
