@@ -86,6 +86,8 @@ class Scenario:
         Raises:
             ValueError: A name that no part has (the message lists all), or a value that is refused.
         """
+        if not overrides:
+            return self
         owners = field_owners()
         nested: dict[str, dict[str, Any]] = {}
         for name, value in overrides.items():
