@@ -104,7 +104,8 @@ def extended(edges: Edges, *more: Edges) -> Edges:
 
 def select(edges: Edges, rows: Bool[np.ndarray, " edges"] | Int[np.ndarray, " rows"]) -> Edges:
     """Keep the rows of a mask, or those listed, in the order listed."""
-    return Edges(**{f: getattr(edges, f)[rows] for f in _NAMES})
+    listed = np.flatnonzero(rows) if rows.dtype == np.bool_ else rows
+    return Edges(**{f: getattr(edges, f).take(listed, axis=0) for f in _NAMES})
 
 
 def retold(edges: Edges, poses: Float[np.ndarray, "robots times 3"], *, robots: Iterable[int]) -> Edges:
