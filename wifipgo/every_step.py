@@ -4,6 +4,7 @@ A robot knows what it measured, what it was told, and the graphs that it was sen
 met others, as far as they went then.
 """
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -16,11 +17,12 @@ from wifipgo.graph import (
     TOLD_SIGMA,
     Bearings,
     Edges,
+    Learned,
+    News,
     Pings,
-    Smoother,
+    Smoothers,
     odometry,
     select,
-    select_bearings,
     select_pings,
 )
 from wifipgo.rendezvous import RendezvousConfig
@@ -55,11 +57,17 @@ class _Told(NamedTuple):
         robot, row, pose, number = (column[~rows] for column in self)
         return _Told(robot, row, pose, number)
 
-    def extended(self, robot: int, rows: np.ndarray, poses: np.ndarray, numbers: list[int]) -> "_Told":
-        """Those and more of one robot."""
-        more = (np.full(len(rows), robot), rows, poses, np.array(numbers, dtype=np.int64))
-        both = (np.concatenate(pair) for pair in zip(self, more, strict=True))
-        return _Told(*both)
+    def extended(self, news: list[News], learned: list[Learned], edges: Edges) -> "_Told":
+        """Those and more."""
+        robot = np.repeat(_numbers(new.robot for new in news), _numbers(len(new.told) for new in news))
+        row = np.concatenate([_NONE, *(new.told for new in news)])
+        number = _numbers(number for one in learned for number in one.numbers)
+        both = zip(self, (robot, row, edges.told[row], number), strict=True)
+        return _Told(*(np.concatenate(pair) for pair in both))
+
+
+def _numbers(each: Iterable[int]) -> Int[np.ndarray, " each"]:
+    return np.array(list(each), dtype=np.int64)
 
 
 _NONE = np.zeros(0, dtype=np.int64)
@@ -80,7 +88,7 @@ class Memory:
         self._uses_told = THIRD_PARTY[cfg.third_party]
         self._n_times, self._n_edges, self._n_pings, self._told = 0, 0, 0, _NOTHING_TOLD
         self._sent, self._since = np.zeros((0, 0), dtype=np.int64), np.zeros(0, dtype=np.int64)
-        self._smoothers: list[Smoother] = []
+        self._smoothers = Smoothers(0, doubts=self._doubts)
 
     def smoothed(
         self,
@@ -110,26 +118,29 @@ class Memory:
         np.fill_diagonal(held, n_times)
         stale = self._stale(edges, held)
         wakes = (sent != self._sent).any(axis=1)
-        wakes[edges.tail[self._n_edges :][~odometry(edges)[self._n_edges :], 0]] = True
+        recent = select(edges, np.arange(self._n_edges, len(edges)))
+        wakes[recent.tail[~odometry(recent), 0]] = True
         wakes[self._told.robot[stale]] = True
-        news = select_pings(pings, np.arange(self._n_pings, len(pings.observer)))
-        wakes[news.observer[:, 0]] = True
+        new_pings = select_pings(pings, np.arange(self._n_pings, len(pings.observer)))
+        wakes[new_pings.observer[:, 0]] = True
+        robots = np.flatnonzero(wakes)
+        news = [
+            self._news(robot, (edges, bearings, new_pings), held=held[robot], stale=stale)
+            for robot in robots.tolist()
+        ]
+        learned, known = self._smoothers.learn(estimate, edges, bearings, news)
         solved, covariance = estimate.copy(), covariance.copy()
-        for robot in np.flatnonzero(wakes).tolist():
-            gone = np.flatnonzero(stale & (self._told.robot[: len(stale)] == robot))
-            heard = select_pings(news, news.observer[:, 0] == robot)
-            measured = (edges, bearings, heard)
-            solved[robot] = self._solved(robot, estimate, measured, held=held[robot], gone=gone)
-            covariance[robot] = self._smoothers[robot].covariance()
-        self._told = self._told.without(
-            np.append(stale, np.zeros(len(self._told.row) - len(stale), dtype=np.bool_))
-        )
+        for new, one in zip(news, learned, strict=True):
+            solved[new.robot] = one.poses
+        covariance[robots] = known
+        self._told = self._told.without(stale).extended(news, learned, edges)
+        self._since[robots] = len(edges)
         self._n_times, self._n_edges, self._sent = n_times, len(edges), sent
         self._n_pings = len(pings.observer)
         return Smoothed(solved, covariance)
 
     def _begin(self, n_robots: int) -> None:
-        self._smoothers = [Smoother(robot, n_robots, doubts=self._doubts) for robot in range(n_robots)]
+        self._smoothers = Smoothers(n_robots, doubts=self._doubts)
         self._sent = np.zeros((n_robots, n_robots), dtype=np.int64)
         self._n_pings = 0
         self._n_edges, self._since = 0, np.zeros(n_robots, dtype=np.int64)
@@ -144,37 +155,30 @@ class Memory:
         inside: np.ndarray = head[:, 1] < held[self._told.robot, head[:, 0]]
         return changed | inside
 
-    def _solved(
+    def _news(
         self,
         robot: int,
-        estimate: Float[np.ndarray, "robots times 3"],
         measured: tuple[Edges, Bearings, Pings],
         *,
         held: Int[np.ndarray, " robots"],
-        gone: Int[np.ndarray, " gone"],
-    ) -> Float[np.ndarray, "times 3"]:
-        """Poses of one robot that learned something."""
-        smoother, (edges, bearings, pings) = self._smoothers[robot], measured
-        inner, outer = _new_rows(edges, smoother.held, held, own=robot, since=int(self._since[robot]))
+        stale: Bool[np.ndarray, " told"],
+    ) -> News:
+        """What a robot learned since it last solved."""
+        (edges, bearings, pings), before = measured, self._smoothers.held(robot)
+        inner, outer = _new_rows(edges, before, held, own=robot, since=int(self._since[robot]))
+        gone = np.flatnonzero(stale & (self._told.robot == robot))
         changed = self._told.row[gone]
         outer = np.append(outer, changed[~_is_held(edges, changed, held)])[: None if self._uses_told else 0]
         inner, outer = (rows[edges.weight[rows] > 0.0] for rows in (inner, outer))
-        between, told = select(edges, inner), select(edges, outer)
-        heard = _new_bearings(bearings, smoother.held, held)
-        numbers = smoother.learn(
-            estimate,
-            held,
-            between=between,
-            told=told,
+        return News(
+            robot=robot,
+            held=held,
+            between=inner,
+            told=outer,
             forgotten=self._told.number[gone].tolist(),
-            pings=pings,
+            heard=_new_bearings(bearings, before, held),
+            pings=select_pings(pings, pings.observer[:, 0] == robot) if len(pings.observer) else pings,
         )
-        if len(outer):
-            self._told = self._told.extended(robot, outer, told.told, numbers)
-        self._since[robot] = len(edges)
-        if len(heard):
-            smoother.hear(select_bearings(bearings, heard))
-        return smoother.own()
 
 
 def _is_held(

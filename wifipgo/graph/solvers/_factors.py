@@ -33,18 +33,18 @@ def add_anchors(
         graph.addPriorPose2(key, gtsam.Pose2(*start[key].tolist()), noise)
 
 
-def add_between(
-    graph: gtsam.NonlinearFactorGraph,
+def between_factors(
     edges: Edges,
     first_key: Int[np.ndarray, " robots"],
     doubted: Bool[np.ndarray, " edges"],
     models: Models | None = None,
-) -> None:
-    """Add measurements among participants, Huber's loss on doubted ones; equal noise shares one model.
+) -> list[gtsam.NonlinearFactor]:
+    """Measurements among participants, Huber's loss on doubted ones; equal noise shares one model.
 
     Noise models that are there already are used again, and new ones added to them.
     """
     models = {} if models is None else models
+    factors: list[gtsam.NonlinearFactor] = []
     sigma = edges.sigma / np.sqrt(edges.weight)[:, None]
     noises = zip(*sigma.T.tolist(), doubted.tolist(), strict=True)
     ends = zip(keys(edges.tail, first_key), keys(edges.head, first_key), edges.z.tolist(), strict=True)
@@ -53,25 +53,34 @@ def add_between(
             sigma_t_m, sigma_r_rad, doubt = noise
             model = gtsam.noiseModel.Diagonal.Sigmas(np.array([sigma_t_m, sigma_t_m, sigma_r_rad]))
             models[noise] = huber(model) if doubt else model
-        graph.add(gtsam.BetweenFactorPose2(i, j, gtsam.Pose2(*z), models[noise]))
+        factors.append(gtsam.BetweenFactorPose2(i, j, gtsam.Pose2(*z), models[noise]))
+    return factors
 
 
-def add_told(
-    graph: gtsam.NonlinearFactorGraph,
+def told_factors(
     edges: Edges,
-    told_sigma: Float[np.ndarray, "edges 2"],
+    told_sigma: Float[np.ndarray, "#edges 2"],
     first_key: Int[np.ndarray, " robots"],
     *,
     doubted: bool,
-) -> None:
-    """Tie tails to what outsiders told."""
+) -> list[gtsam.NonlinearFactor]:
+    """Ties of tails to what outsiders told."""
     T_world_tail, variance, lever_m = told_tails(edges, told_sigma)
     lever = np.column_stack([lever_m, np.ones(len(edges))])
     turn = variance[:, 1, None, None] * lever[:, :, None] * lever[:, None, :]
     covariance = turn + variance[:, 0, None, None] * np.diag([1.0, 1.0, 0.0])
-    for i, pose, cov in zip(keys(edges.tail, first_key), T_world_tail.tolist(), covariance, strict=True):
-        noise = gtsam.noiseModel.Gaussian.Covariance(cov)
-        graph.addPriorPose2(i, gtsam.Pose2(*pose), huber(noise) if doubted else noise)
+    noises = [gtsam.noiseModel.Gaussian.Covariance(cov) for cov in covariance]
+    rows = zip(keys(edges.tail, first_key), T_world_tail.tolist(), noises, strict=True)
+    return [
+        gtsam.PriorFactorPose2(i, gtsam.Pose2(*pose), huber(noise) if doubted else noise)
+        for i, pose, noise in rows
+    ]
+
+
+def add(graph: gtsam.NonlinearFactorGraph, factors: list[gtsam.NonlinearFactor]) -> None:
+    """Add factors one by one."""
+    for factor in factors:
+        graph.add(factor)
 
 
 def told_tails(

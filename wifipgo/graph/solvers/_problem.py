@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Int
 
 from wifipgo.errors import pick, require
 from wifipgo.graph.posegraph import Edges, select
-from wifipgo.graph.solvers._factors import add_anchors, add_between, add_told
+from wifipgo.graph.solvers._factors import add, add_anchors, between_factors, told_factors
 
 # What an edge to a robot outside the solve does: whether it holds its tail to the pose that was told.
 THIRD_PARTY: Mapping[str, bool] = MappingProxyType({"fixed_told": True, "ignore": False})
@@ -114,6 +114,7 @@ def build(problem: Problem, edges: Edges, *, huber: bool) -> gtsam.NonlinearFact
     """What the participants know of each other's relative poses."""
     graph, key = gtsam.NonlinearFactorGraph(), problem.first_key
     add_anchors(graph, problem.start, problem.start_sigma)
-    add_between(graph, select(edges, problem.inner), key, problem.doubted[: len(problem.inner)] & huber)
-    add_told(graph, select(edges, problem.outer), problem.told_sigma, key, doubted=huber)
+    doubted = problem.doubted[: len(problem.inner)] & huber
+    add(graph, between_factors(select(edges, problem.inner), key, doubted))
+    add(graph, told_factors(select(edges, problem.outer), problem.told_sigma, key, doubted=huber))
     return graph

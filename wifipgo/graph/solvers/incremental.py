@@ -4,15 +4,18 @@ Kaess, Johannsson, Roberts, Ila, Leonard, Dellaert: iSAM2, IJRR 2012. Only what 
 measurement touches is solved again, so a step costs the same late in an episode as early.
 """
 
+from itertools import accumulate, pairwise, starmap
+from typing import NamedTuple
+
 import gtsam
 import numpy as np
 from jaxtyping import Float, Int
 
-from wifipgo.graph.bearings import Bearings
+from wifipgo.graph.bearings import Bearings, select_bearings
 from wifipgo.graph.growth import in_world_axes
 from wifipgo.graph.pings import NO_PINGS, Pings
-from wifipgo.graph.posegraph import Edges
-from wifipgo.graph.solvers._factors import Models, add_bearings, add_between, add_told, keys
+from wifipgo.graph.posegraph import Edges, select
+from wifipgo.graph.solvers._factors import Models, add, add_bearings, between_factors, keys, told_factors
 from wifipgo.graph.solvers._losses import geman_mcclure
 from wifipgo.graph.solvers._problem import ANCHOR_SIGMA, TOLD_SIGMA, odometry
 
@@ -24,60 +27,133 @@ _RELINEARISE = 0.05  # m, rad: a pose that moved further since is linearised ane
 _SETTLING = 3
 
 
-class Smoother:
-    """The graph of one robot, kept solved: its own measurements, and those that others sent."""
+class News(NamedTuple):
+    """What is new to a robot.
 
-    def __init__(self, robot: int, n_robots: int, *, doubts: bool) -> None:
+    Attributes:
+        robot: Which.
+        held: Poses of each robot that are part of its graph from now on: the first so many.
+        between: Rows of the measurements between poses of the graph.
+        told: Rows of those of poses outside it, which rest on what their robot told.
+        forgotten: Numbers of measurements to drop, as returned before.
+        heard: Rows of the directions of arrival between poses of the graph.
+        pings: Bearings to places that others told.
+    """
+
+    robot: int
+    held: Int[np.ndarray, " robots"]
+    between: Int[np.ndarray, " between"]
+    told: Int[np.ndarray, " told"]
+    forgotten: list[int]
+    heard: Int[np.ndarray, " heard"]
+    pings: Pings = NO_PINGS
+
+
+class Learned(NamedTuple):
+    """What came of it: numbers of the measurements that rest on what was told, and the robot's own poses."""
+
+    numbers: list[int]
+    poses: Float[np.ndarray, "times 3"]
+
+
+class Smoothers:
+    """One graph a robot, kept solved: its own measurements, and those that others sent."""
+
+    def __init__(self, n_robots: int, *, doubts: bool) -> None:
         """Know nothing yet.
 
         Args:
-            robot: Whose graph it is.
             n_robots: How many there are.
             doubts: Whether Huber's loss is on all measurements but odometry.
         """
-        self._robot, self._doubts = robot, doubts
-        params = gtsam.ISAM2Params()
-        params.setRelinearizeThreshold(_RELINEARISE)
-        params.relinearizeSkip = 1
-        self._isam = gtsam.ISAM2(params)
+        self._doubts = doubts
         self._models: Models = {}
         self._first_key = _KEYS_A_ROBOT * np.arange(n_robots)
-        self._n_points = 0
-        self.held = np.zeros(n_robots, dtype=np.int64)
+        self._smoothers = [_Smoother(robot, self._first_key) for robot in range(n_robots)]
+
+    def held(self, robot: int) -> Int[np.ndarray, " robots"]:
+        """Poses of each robot that are part of a robot's graph."""
+        return self._smoothers[robot].held
 
     def learn(
         self,
         poses: Float[np.ndarray, "robots times 3"],
-        held: Int[np.ndarray, " robots"],
-        *,
-        between: Edges,
-        told: Edges,
-        forgotten: list[int],
-        pings: Pings = NO_PINGS,
-    ) -> list[int]:
-        """Take in what is new, and solve.
+        edges: Edges,
+        bearings: Bearings,
+        news: list[News],
+    ) -> tuple[list[Learned], Float[np.ndarray, "news 3 3"]]:
+        """Let robots take in what is new to each, and solve.
 
         Args:
-            poses: Current estimates: where the search starts for poses that are new to the graph.
-            held: Poses of each robot that are part of the graph from now on: the first so many.
-            between: New measurements between poses of the graph.
-            told: New measurements of poses outside it, which rest on what their robot told.
-            forgotten: Numbers of measurements to drop, as returned before.
-            pings: New bearings to places that others told.
+            poses: Current estimates: where the search starts for poses that are new to a graph.
+            edges: Measurements; no weight in the news is zero.
+            bearings: Directions of arrival.
+            news: One entry a robot.
 
         Returns:
-            Numbers of the measurements in ``told``.
+            What each learned, and the covariances of their last poses, in world axes.
         """
-        others_came = int(np.count_nonzero(held > self.held)) > int(
-            held[self._robot] > self.held[self._robot]
-        )
-        graph, values = self._new_poses(poses, held)
-        self._add_pings(graph, values, pings)
-        add_between(graph, between, self._first_key, ~odometry(between) & self._doubts, self._models)
-        told_sigma = np.broadcast_to(np.array(TOLD_SIGMA), (len(told), 2))
-        add_told(graph, told, told_sigma, self._first_key, doubted=self._doubts)
-        result = self._isam.update(graph, values, forgotten)
-        self.held = held
+        between = select(edges, _joined([new.between for new in news]))
+        told = select(edges, _joined([new.told for new in news]))
+        doubted = ~odometry(between) & self._doubts
+        between_all = between_factors(between, self._first_key, doubted, self._models)
+        sigma = np.broadcast_to(np.array(TOLD_SIGMA), (len(told), 2))
+        told_all = told_factors(told, sigma, self._first_key, doubted=self._doubts)
+        cuts = (_cuts([new.between for new in news]), _cuts([new.told for new in news]))
+        learned, own_axes = [], np.zeros((len(news), 3, 3))
+        for k, (new, inner, outer) in enumerate(zip(news, *cuts, strict=True)):
+            smoother = self._smoothers[new.robot]
+            numbers = smoother.learn(poses, new, between_all[inner], told_all[outer])
+            if len(new.heard):
+                smoother.hear(select_bearings(bearings, new.heard))
+            learned.append(Learned(numbers, smoother.own()))
+            own_axes[k] = smoother.covariance()
+        yaw_rad = np.array([one.poses[-1, 2] for one in learned])
+        return learned, in_world_axes(own_axes, yaw_rad)
+
+
+def _cuts(rows: list[Int[np.ndarray, " _"]]) -> list[slice]:
+    """Where each is when all are joined."""
+    return list(starmap(slice, pairwise(accumulate(map(len, rows), initial=0))))
+
+
+def _joined(rows: list[Int[np.ndarray, " _"]]) -> Int[np.ndarray, " all"]:
+    return np.concatenate([np.zeros(0, dtype=np.int64), *rows])
+
+
+class _Smoother:
+    """The graph of one robot."""
+
+    def __init__(self, robot: int, first_key: Int[np.ndarray, " robots"]) -> None:
+        """Know nothing yet.
+
+        Args:
+            robot: Whose graph it is.
+            first_key: Variables of the robots' first poses.
+        """
+        self._robot, self._first_key = robot, first_key
+        params = gtsam.ISAM2Params()
+        params.setRelinearizeThreshold(_RELINEARISE)
+        params.relinearizeSkip = 1
+        self._isam = gtsam.ISAM2(params)
+        self._n_points = 0
+        self.held = np.zeros(len(first_key), dtype=np.int64)
+
+    def learn(
+        self,
+        poses: Float[np.ndarray, "robots times 3"],
+        news: News,
+        between: list[gtsam.NonlinearFactor],
+        told: list[gtsam.NonlinearFactor],
+    ) -> list[int]:
+        """Take in what is new, with its factors, and solve; numbers of the measurements in ``told``."""
+        came = news.held > self.held
+        others_came = int(np.count_nonzero(came)) > int(came[self._robot])
+        graph, values = self._new_poses(poses, news.held)
+        self._add_pings(graph, values, news.pings)
+        add(graph, [*between, *told])
+        result = self._isam.update(graph, values, news.forgotten)
+        self.held = news.held
         self._settle(others_came)
         numbers: list[int] = result.getNewFactorsIndices()
         return numbers[len(numbers) - len(told) :]
@@ -100,10 +176,10 @@ class Smoother:
         return own
 
     def covariance(self) -> Float[np.ndarray, "3 3"]:
-        """Covariance of the robot's last pose, in world axes, (x_m, y_m, yaw_rad)."""
+        """Covariance of the robot's last pose, in its own axes, (x_m, y_m, yaw_rad)."""
         last = int(self._first_key[self._robot] + self.held[self._robot]) - 1
-        yaw_rad = self._isam.calculateEstimatePose2(last).theta()
-        return in_world_axes(self._isam.marginalCovariance(last)[None], np.array([yaw_rad]))[0]
+        found: np.ndarray = self._isam.marginalCovariance(last)
+        return found
 
     def _new_poses(
         self, poses: Float[np.ndarray, "robots times 3"], held: Int[np.ndarray, " robots"]
@@ -113,7 +189,7 @@ class Smoother:
         for robot in np.flatnonzero(held > self.held).tolist():
             first, begin = int(self._first_key[robot]), int(self.held[robot])
             for index, pose in enumerate(poses[robot, begin : held[robot]].tolist(), begin):
-                values.insert(first + index, gtsam.Pose2(*pose))
+                values.insert(first + index, pose2=gtsam.Pose2(*pose))
             if begin == 0:
                 anchor = gtsam.noiseModel.Isotropic.Sigma(3, ANCHOR_SIGMA)
                 graph.addPriorPose2(first, gtsam.Pose2(*poses[robot, 0].tolist()), anchor)
