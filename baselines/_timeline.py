@@ -8,7 +8,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from jaxtyping import Float
 
-from envs._render_colours import CALL, LOBE, MEETING, OBSTACLE, WALL, rate_colour, robot_colour
+from envs._render_colours import CALL, LOBE, MEETING, OBSTACLE, WALL, rate_colours, robot_colour
 from envs._render_scene import Scene, lobes, scene_of
 from wifipgo.graph import ate_rot, ate_trans
 from wifipgo.rendezvous import NOBODY
@@ -107,9 +107,7 @@ class Timeline:
     def _radio(self, scene: Scene, belief: Belief) -> None:
         """Links, calls, and every profile that a robot listens to."""
         now = scene.true[:, -1, :2]
-        self._strips(
-            "space/links", now[scene.pairs], [rate_colour(share) for share in scene.rate_share.tolist()]
-        )
+        self._strips("space/links", now[scene.pairs], rate_colours(scene.rate_share))
         self._strips("space/calls", now[scene.calls], [CALL] * len(scene.calls), width=0.004)
         robot, slot = np.nonzero(belief.slots != NOBODY)
         outlines_m = self._size(_LOBE_SHARE) * lobes(belief.profile[robot, slot], scene.true[robot, -1, 2])

@@ -47,11 +47,10 @@ class Viewer:
     def frame(self, tick: Tick, world: World, scenario: Scenario) -> UInt8[np.ndarray, "height width 3"]:
         """Draw a tick as an array of its own."""
         width, height = self.config.size_px
-        surface = self.surface(tick, world, scenario)
-        octets = pygame.surfarray.pixels2d(surface).T.view(np.uint8).reshape(height, width, -1)
         frame = np.empty((height, width, 3), dtype=np.uint8)
-        for channel, shift in enumerate(surface.get_shifts()[:3]):  # faster than pygame's own copy
-            frame[..., channel] = octets[..., shift // 8]
+        surface = self.surface(tick, world, scenario)
+        # A surface on the array's memory: twice as fast as numpy, and more than that as pygame's own copies.
+        pygame.image.frombuffer(frame.data, (width, height), "RGB").blit(surface, (0, 0))
         return frame
 
     def _same(self, world: World, scenario: Scenario) -> bool:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pygame
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from envs import _render_colours as colours
 from envs import _render_marks as marks
@@ -34,6 +34,7 @@ class ArenaPainter:
         self._side_px = round((_OVERSAMPLE if few else _OVERSAMPLE_MANY) * side_px)
         self._camera = Camera.on_square(self._side_px, self._room_m, margin_px=_MARGIN * self._side_px)
         self._size = self._side_px / (76.0 if few else 130.0)
+        self._of = [colours.robot_colour(robot) for robot in range(scenario.n_robots)]
         self._big = pygame.Surface((self._side_px, self._side_px))
         self._ground = pygame.Surface((self._side_px, self._side_px))
         self._poses, self._seen = np.zeros((0, 0, 3)), np.zeros((0, 0), dtype=bool)
@@ -43,11 +44,10 @@ class ArenaPainter:
         self._update_ground(scene)
         self._big.blit(self._ground, (0, 0))
         now, believed = self._camera.px(scene.true[:, -1, :2]), self._camera.px(scene.estimate[..., :2])
-        off = np.hypot(*(believed[:, -1] - now).T) > 0.5 * self._size
         self._links(scene, now)
         self._estimates(scene, believed)
         self._calls(scene, now)
-        self._robots(scene, now, believed[:, -1], off)
+        self._robots(scene, now, believed[:, -1])
         self._meetings(scene, now)
         pygame.transform.smoothscale(self._big, target.get_size(), target)
 
@@ -59,10 +59,9 @@ class ArenaPainter:
             self._bare_ground()
             n_old, self._seen = 0, np.zeros_like(scene.seen)
         self._show_cells(scene.seen & ~self._seen)
-        path = self._camera.px(scene.true[..., :2])
-        for t in range(n_old, path.shape[1]):  # in the order of time, as if every tick had been drawn
-            for robot, own in enumerate(path[:, max(t - 1, 0) : t + 1]):
-                marks.ribbon(self._ground, own, colours.robot_colour(robot), self._size)
+        for t in range(n_old, scene.true.shape[1]):  # in the order of time, as if every tick had been drawn
+            steps = self._camera.px(scene.true[:, max(t - 1, 0) : t + 1, :2])
+            marks.ribbons(self._ground, steps, self._of, self._size)
         self._poses, self._seen = scene.true, scene.seen
 
     def _bare_ground(self) -> None:
@@ -85,13 +84,15 @@ class ArenaPainter:
 
     def _show_cells(self, new: Bool[np.ndarray, "cells cells"]) -> None:
         """Floor that came into view turns bright where nothing is drawn on it yet."""
-        corners_m = CELL_M * (np.argwhere(new)[:, None] + np.array([[0, 1], [1, 0]]))
+        edges = np.diff(new, axis=0, prepend=False, append=False)  # of runs of cells side by side
+        ends = np.argwhere(edges.T)[:, ::-1].reshape(-1, 2, 2)
+        corners_m = CELL_M * (ends + np.array([[0, 1], [0, 0]]))
         unseen, seen = (self._ground.map_rgb(colour) for colour in (colours.UNSEEN, colours.SEEN))
         pixels = pygame.surfarray.pixels2d(self._ground)
         boxes = np.rint(self._camera.px(np.minimum(corners_m, self._room_m))).astype(int)
         for (left, top), (right, bottom) in boxes.tolist():
-            cell = pixels[left:right, top:bottom]
-            cell[cell == unseen] = seen
+            run = pixels[left:right, top:bottom]
+            np.copyto(run, seen, where=run == unseen)
 
     def _obstacles(self) -> None:
         """Obstacles and walls."""
@@ -106,18 +107,19 @@ class ArenaPainter:
     def _links(self, scene: Scene, now: Float[np.ndarray, "robots 2"]) -> None:
         """Who hears whom, fast links on top."""
         order = np.argsort(scene.rate_share, kind="stable")
-        for (i, j), share in zip(scene.pairs[order].tolist(), scene.rate_share[order].tolist(), strict=True):
-            width = marks.rate_width(share, self._size)
-            pygame.draw.line(self._big, colours.rate_colour(share), now[i], now[j], width)
+        marks.links(self._big, now[scene.pairs[order]], scene.rate_share[order], self._size)
 
     def _estimates(self, scene: Scene, believed: Float[np.ndarray, "robots times 2"]) -> None:
         """Estimated trajectories, and how sure robots can be of their ends."""
-        for robot, own in enumerate(believed):
-            marks.thread(self._big, own, colours.robot_colour(robot), self._size)
+        marks.threads(self._big, believed, self._of, self._size)
         rings = self._camera.px(scene.rings_m)
-        reach = np.ptp(rings, axis=1).max(axis=1)
-        for robot in np.flatnonzero(reach > 4.0 * self._size).tolist():  # the others hide behind their robots
-            marks.ring(self._big, rings[robot], colours.robot_colour(robot), self._size)
+        reach = (rings.max(axis=1) - rings.min(axis=1)).max(axis=1)
+        wide = np.flatnonzero(reach > 4.0 * self._size)  # the others hide behind their robots
+        marks.rings(self._big, rings[wide], self._chosen(wide), self._size)
+
+    def _chosen(self, robots: Int[np.ndarray, " chosen"]) -> list[colours.Colour]:
+        """Colours of some robots."""
+        return [self._of[robot] for robot in robots.tolist()]
 
     def _calls(self, scene: Scene, now: Float[np.ndarray, "robots 2"]) -> None:
         """Calls, and the direction from which their callees hear them."""
@@ -128,32 +130,24 @@ class ArenaPainter:
             marks.waves(self._big, now[caller], self._size)
 
     def _robots(
-        self,
-        scene: Scene,
-        now: Float[np.ndarray, "robots 2"],
-        believed: Float[np.ndarray, "robots 2"],
-        off: Bool[np.ndarray, " robots"],
+        self, scene: Scene, now: Float[np.ndarray, "robots 2"], believed: Float[np.ndarray, "robots 2"]
     ) -> None:
         """Robots as they believe to be, tied to the robots as they are."""
-        yaw_rad, believed_rad = scene.true[:, -1, 2].tolist(), scene.estimate[:, -1, 2].tolist()
-        for robot in np.flatnonzero(off).tolist():
-            colour = colours.robot_colour(robot)
-            pygame.draw.line(self._big, colour, now[robot], believed[robot], 2)
-            marks.ghost(self._big, believed[robot], believed_rad[robot], self._size, colour)
-        for robot in range(len(now)):
-            marks.robot(self._big, now[robot], yaw_rad[robot], self._size, colours.robot_colour(robot))
+        lost = np.flatnonzero(((believed - now) ** 2).sum(axis=1) > (0.5 * self._size) ** 2)
+        of = self._chosen(lost)
+        marks.dashes(self._big, believed[lost], now[lost], of, 0.5 * self._size, width=2)
+        marks.ghosts(self._big, believed[lost], scene.estimate[lost, -1, 2], of, self._size)
+        marks.robots(self._big, now, scene.true[:, -1, 2], self._of, self._size)
 
     def _meetings(self, scene: Scene, now: Float[np.ndarray, "robots 2"]) -> None:
         """A small star where each robot last met, a large one where robots meet now."""
-        for place in self._camera.px(scene.last_met_m):
-            marks.star(self._big, place, 1.1 * self._size)
-        for group in scene.met:
-            members = now[list(group)]
+        marks.stars(self._big, self._camera.px(scene.last_met_m), 1.1 * self._size)
+        for group in map(np.array, scene.met):
+            members = now[group]
             middle = members.mean(axis=0)
             reach = float(np.hypot(*(members - middle).T).max())
             marks.glow(self._big, middle, reach + 4.0 * self._size)
-            for robot in group:
-                pose = scene.true[robot, -1]
-                marks.robot(self._big, now[robot], float(pose[2]), self._size, colours.robot_colour(robot))
-            above = np.array([0.0, -(reach + 2.0 * self._size)])
-            marks.star(self._big, middle + above, 2.0 * self._size)
+            marks.robots(self._big, members, scene.true[group, -1, 2], self._chosen(group), self._size)
+            far = reach + 3.6 * self._size  # hides nobody
+            beside = middle + np.array([0.0, -far if middle[1] > far + 2.2 * self._size else far])
+            marks.stars(self._big, beside[None], 2.0 * self._size)

@@ -1,6 +1,10 @@
 """Colours of the pictures: what a robot, a link, a call has, wherever it is drawn."""
 
 import functools
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
 
 Colour = tuple[int, int, int]
 
@@ -39,6 +43,7 @@ def mixed(colour: Colour, other: Colour, share: float) -> Colour:
     return red, green, blue
 
 
-def rate_colour(share: float) -> Colour:
-    """Colour of a link by its rate over the top rate."""
-    return mixed(_SLOW, _FAST, share)
+def rate_colours(share: Float[np.ndarray, " links"]) -> Sequence[Colour]:
+    """Colours of links by their rates over the top rate."""
+    mix = np.array(_SLOW) + share[:, None] * (np.array(_FAST) - np.array(_SLOW))
+    return [(red, green, blue) for red, green, blue in np.rint(mix).astype(int).tolist()]

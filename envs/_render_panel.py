@@ -18,7 +18,7 @@ from wifipgo.state import World
 _HEIGHT = 608.0
 _LEFT, _RIGHT, _TEXT_LEFT = 16.0, 226.0, 66.0
 _BARS_TOP, _BARS_BOTTOM, _LEGEND_TOP, _ROW = 176.0, 268.0, 306.0, 25.0
-_BAR_CEILING = 3.0  # thresholds; a longer bar is cut and gets an arrow
+_BAR_CEILING = 3.0  # thresholds; a longer bar is cut, and broken before its end
 _MANY = 8
 _GROOVE: colours.Colour = (228, 229, 226)
 
@@ -91,6 +91,9 @@ class Panel:
             bottom = top + 0.72 * pitch
             target.fill(_GROOVE, self._rect(_LEFT, top, _LEFT + scale * _BAR_CEILING, bottom))
             target.fill(colour, self._rect(_LEFT, top, _LEFT + scale * min(share, _BAR_CEILING), bottom))
+            if share > _BAR_CEILING:
+                cut = _LEFT + scale * _BAR_CEILING - 8.0
+                target.fill(colours.PAPER, self._rect(cut, top, cut + 2.0, bottom))
             shown = f"{share * self._threshold():.3g}" if share < 100.0 else "> 99 x"
             colour = colours.CALL if share > 1.0 else colours.INK
             self._write(target, shown, 0.5 * (top + bottom), 18.0, colour, x=_RIGHT, middle=True, right=True)
@@ -103,10 +106,16 @@ class Panel:
         width = (_RIGHT - _LEFT) / len(err_share)
         scale = (_BARS_BOTTOM - _BARS_TOP) / _BAR_CEILING
         target.fill(_GROOVE, self._rect(_LEFT, _BARS_TOP, _RIGHT, _BARS_BOTTOM))
-        for robot, share in enumerate(err_share.tolist()):
-            left, top = _LEFT + width * robot, _BARS_BOTTOM - scale * min(share, _BAR_CEILING)
-            over = colours.CALL if share > 1.0 else colours.robot_colour(robot)
-            target.fill(over, self._rect(left, top, left + 0.8 * width, _BARS_BOTTOM))
+        lefts = _LEFT + width * np.arange(len(err_share))
+        tops = _BARS_BOTTOM - scale * np.minimum(err_share, _BAR_CEILING)
+        bars = np.stack([lefts, tops, lefts + 0.8 * width, np.full_like(lefts, _BARS_BOTTOM)], axis=1)
+        bars_px = np.rint(self._u * bars).astype(int)
+        bars_px[:, 2:] = np.maximum(bars_px[:, 2:] - bars_px[:, :2], 1)  # width and height
+        for robot, (bar, share) in enumerate(zip(bars_px.tolist(), err_share.tolist(), strict=True)):
+            target.fill(colours.CALL if share > 1.0 else colours.robot_colour(robot), bar)
+        for left in lefts[err_share > _BAR_CEILING].tolist():
+            cut = self._rect(left, _BARS_TOP + 6.0, left + 0.8 * width, _BARS_TOP + 8.0)
+            target.fill(colours.PAPER, cut)
         y = _BARS_BOTTOM - scale
         target.fill(colours.CALL, self._rect(_LEFT, y - 1.0, _RIGHT, y + 1.0))
         n_over = int((err_share > 1.0).sum())
@@ -143,12 +152,21 @@ class Panel:
         return rows + [(_obstacle, "obstacle")] * self._has_obstacles
 
 
+# The legend's marks are the arena's, of one robot.
+_ONE = colours.ROBOTS[:1]
+_YAW_RAD = np.array([0.5])
+
+
 def _robot(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    marks.robot(surface, place, 0.5, size, colours.ROBOTS[0])
+    marks.robots(surface, place[None], _YAW_RAD, _ONE, size)
 
 
 def _ghost(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    marks.ghost(surface, place, 0.5, size, colours.ROBOTS[0])
+    """Tied to the robot."""
+    left, right = place - np.array([2.2 * size, 0.0]), place + np.array([2.0 * size, 0.0])
+    marks.dashes(surface, left[None], right[None], _ONE, 0.5 * size, width=2)
+    marks.ghosts(surface, left[None], _YAW_RAD, _ONE, size)
+    marks.robots(surface, right[None], _YAW_RAD, _ONE, 0.6 * size)
 
 
 def _wave(place: np.ndarray, size: float) -> np.ndarray:
@@ -158,34 +176,31 @@ def _wave(place: np.ndarray, size: float) -> np.ndarray:
 
 
 def _ribbon(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    marks.ribbon(surface, _wave(place, size), colours.ROBOTS[0], size)
+    marks.ribbons(surface, _wave(place, size)[None], _ONE, size)
 
 
 def _thread(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    marks.thread(surface, _wave(place, size), colours.ROBOTS[0], size)
+    marks.threads(surface, _wave(place, size)[None], _ONE, size)
 
 
 def _ring(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
     turn_rad = np.linspace(0.0, 2.0 * np.pi, 48)
     outline = place + 1.6 * size * np.stack([np.cos(turn_rad), np.sin(turn_rad)], axis=1)
-    marks.ring(surface, outline, colours.ROBOTS[0], size)
+    marks.rings(surface, outline[None], _ONE, size)
 
 
 def _links(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
     """Slow to fast, left to right."""
-    edges = np.linspace(-3.0, 3.0, 7)
-    for share, begin, end in zip(np.linspace(0.1, 1.0, 6).tolist(), edges[:-1], edges[1:], strict=True):
-        left, right = (place + size * np.array([x, 0.0]) for x in (begin, end))
-        pygame.draw.line(
-            surface, colours.rate_colour(share), left, right, marks.rate_width(share, 1.4 * size)
-        )
+    edges = place + size * np.stack([np.linspace(-3.0, 3.0, 7), np.zeros(7)], axis=1)
+    ends = np.stack([edges[:-1], edges[1:]], axis=1)
+    marks.links(surface, ends, np.linspace(0.1, 1.0, 6), 1.4 * size)
 
 
 def _call(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
     caller = place - np.array([2.2 * size, 0.0])
     marks.call(surface, caller, place + np.array([4.0 * size, 0.0]), 0.62 * size)
     marks.waves(surface, caller, 0.42 * size)
-    marks.robot(surface, caller, 0.0, 0.5 * size, colours.ROBOTS[1])
+    marks.robots(surface, caller[None], np.zeros(1), colours.ROBOTS[1:2], 0.5 * size)
 
 
 def _lobe(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
@@ -196,7 +211,7 @@ def _lobe(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
 
 
 def _star(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    marks.star(surface, place, 1.6 * size)
+    marks.stars(surface, place[None], 1.6 * size)
 
 
 def _floor(surface: pygame.Surface, place: np.ndarray, size: float) -> None:

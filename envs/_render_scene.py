@@ -12,9 +12,11 @@ from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief, Tick
 
-_RING_STEPS = 36
 # Semi-axes of the region that holds a Gaussian in the plane with 95 %, in standard deviations.
 SIGMAS_95 = float(np.sqrt(-2.0 * np.log(0.05)))
+_TURN_RAD = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)
+_CIRCLE = SIGMAS_95 * np.stack([np.cos(_TURN_RAD), np.sin(_TURN_RAD)])
+_MICROMETRE_M = 1e-6
 
 
 class Camera(NamedTuple):
@@ -124,6 +126,8 @@ def _lobes_of_calls(
     belief: Belief, calls: Int[np.ndarray, "calls 2"], yaw_rad: Float[np.ndarray, " robots"]
 ) -> Float[np.ndarray, "calls bins 2"]:
     """Profiles of callers at their callees."""
+    if len(calls) == 0:
+        return np.zeros((0, N_BINS, 2))
     caller, callee = calls.T
     heard = belief.slots[callee] == caller[:, None]
     profile = np.where(heard.any(axis=1)[:, None], belief.profile[callee, heard.argmax(axis=1)], 0.0)
@@ -134,8 +138,11 @@ def rings(
     middle_m: Float[np.ndarray, "robots 2"], covariance_m2: Float[np.ndarray, "robots 2 2"]
 ) -> Float[np.ndarray, "robots steps 2"]:
     """Outlines of the regions that hold 95 % of each Gaussian."""
-    turn_rad = np.linspace(0.0, 2.0 * np.pi, _RING_STEPS, endpoint=False)
-    circle = np.stack([np.cos(turn_rad), np.sin(turn_rad)])
-    variance_m2, axes = np.linalg.eigh(covariance_m2)
-    stretch = axes * (SIGMAS_95 * np.sqrt(np.maximum(variance_m2, 0.0)))[:, None, :]
-    return middle_m[:, None] + np.swapaxes(stretch @ circle, 1, 2)
+    # A circle through any square root of a covariance is its ellipse: here Cholesky's, but numpy's refuses
+    # the zero that a robot starts with.
+    xx_m2, xy_m2, yy_m2 = covariance_m2[:, [0, 0, 1], [0, 1, 1]].T[..., None]
+    x_m = np.sqrt(np.maximum(xx_m2, _MICROMETRE_M**2))
+    y_of_x_m = xy_m2 / x_m
+    y_m = np.sqrt(np.maximum(yy_m2 - y_of_x_m**2, 0.0))
+    across, up = _CIRCLE
+    return middle_m[:, None] + np.stack([x_m * across, y_of_x_m * across + y_m * up], axis=-1)

@@ -43,10 +43,11 @@ def actions(env: rendezvous_v0.RendezvousEnv) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.usefixtures("window")
+@pytest.mark.parametrize("observation", ["flat", "dict"])
 @pytest.mark.parametrize("scenario", SCENARIOS)
-def test_pettingzoo_accepts_every_mode(scenario: str) -> None:
+def test_pettingzoo_accepts_every_mode(scenario: str, observation: Any) -> None:
     def make(render_mode: str) -> Any:
-        return rendezvous_v0.env(scenario=scenario, render_mode=render_mode)
+        return rendezvous_v0.env(scenario=scenario, observation=observation, render_mode=render_mode)
 
     render_test(make)
 

@@ -118,6 +118,19 @@ def test_bars_cross_the_threshold_when_err_does(played: tuple[list[Tick], World]
     assert lengths[3] == pytest.approx(160, abs=5.0)  # cut, not drawn over the figures
 
 
+def test_bars_that_are_cut_are_broken(played: tuple[list[Tick], World]) -> None:
+    """A bar that ends at the end of its groove is whole; a longer one has a gap before it."""
+    ticks, world = played
+    gaps = []
+    tick = ticks[3]
+    for share in (3.0, 3.1):
+        err = np.array([share * SCENARIO.rendezvous.err_threshold, 0.0])
+        drawn = tick._replace(belief=tick.belief._replace(err=err))
+        row = Viewer().frame(drawn, world, SCENARIO)[185, HEIGHT_PX + 120 : HEIGHT_PX + 174]
+        gaps.append(int(near(row, colours.PAPER).sum()))
+    assert gaps == [0, 2]
+
+
 def test_a_lobe_points_at_the_caller_in_an_empty_room() -> None:
     """Line of sight and nothing in it: the direction of the longest ray is the direction of the caller."""
     scenario = scenario_named("paper-hw-2", n_steps=30, sigma_t_m=0.5)
