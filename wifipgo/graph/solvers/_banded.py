@@ -22,7 +22,7 @@ from wifipgo.se2 import wrap_angle
 WIDEST = 4e7  # unknowns times squared width: beyond, gtsam's order of elimination is faster
 MOST_POSES = 1000  # more are never narrow enough
 _PIVOT = 1e-13  # least share of a diagonal that elimination leaves: less is rounding
-_SMALL_RAD = 1e-4  # of headings off: below, a series serves
+_SMALL_RAD = 5e-5  # of half a heading off: below, a series serves
 _TINY = 1e-300  # stands in for zero where a sine is divided by its angle
 
 
@@ -123,16 +123,16 @@ def seen(sq: Squares, poses: Poses) -> Seen:
     half[half == 0.0] = _TINY
     bend = half / np.tan(half) - 1j * half
     off_m = bend * away_m - sq.shift_m * away_rad
-    error = 0.5 * float(sq.information[0] @ _square(off_m) + sq.information[1] @ away_rad**2)
+    info_m, info_rad = sq.information
+    error = 0.5 * float(np.vdot(off_m, info_m * off_m).real + away_rad @ (info_rad * away_rad))
     return Seen(poses, error, toward, apart_m, away_m, away_rad, bend, off_m)
 
 
 def slopes(sq: Squares, at: Seen) -> Slopes:
     """Derivatives of the residuals."""
-    small = np.abs(at.away_rad) < _SMALL_RAD
-    away_rad = np.where(small, 1.0, at.away_rad)
-    bending = (np.sin(away_rad) - away_rad) / (2.0 - 2.0 * np.cos(away_rad))
-    bending = np.where(small, at.away_rad / -6.0, bending)
+    cot, half = at.bend.real, -at.bend.imag  # of half the turn that is off: times its cotangent, and itself
+    bending = (cot * (1.0 - cot) - half * half) / (2.0 * half)
+    bending = np.where(np.abs(half) < _SMALL_RAD, half / -3.0, bending)
     by_p = at.bend * at.toward
     by_head = (bending - 0.5j) * at.away_m - sq.shift_m
     return Slopes(by_p, -by_head - 1j * by_p * at.apart_m, by_head)
@@ -201,8 +201,9 @@ def step(sq: Squares, at: Seen, factors: Factors | None) -> tuple[Seen, Factors]
     if turned is not None:
         _rotate(down, turned)
     half = -0.5 * down[:, 2]
+    half[half == 0.0] = _TINY
     p_m, yaw_rad = at.poses.p_m.copy(), at.poses.yaw_rad.copy()
-    p_m[:n] -= (down[:, 0] + 1j * down[:, 1]) * np.exp(1j * half) * np.sinc(half / np.pi)
+    p_m[:n] -= (down[:, 0] + 1j * down[:, 1]) * np.exp(1j * half) * (np.sin(half) / half)
     yaw_rad[:n] += 2.0 * half
     return seen(sq, Poses(p_m, yaw_rad)), factors
 

@@ -114,8 +114,7 @@ def _places(
     """
     own = (_OWN[1] * below + _OWN[0])[:, None]
     i, j = 3 * tail[: len(head)], 3 * head
-    later = j > i
-    row = np.where(later, j + _CROSS[0][:, None], i + _CROSS[1][:, None])
-    column = np.where(later, i + _CROSS[1][:, None], j + _CROSS[0][:, None])
+    ends = i + _CROSS[1][:, None], j + _CROSS[0][:, None]
+    column, row = np.minimum(*ends), np.maximum(*ends)
     blocks = ((3 * tail) * (below + 1) + own, j * (below + 1) + own, column * below + row)
     return np.concatenate([block.ravel() for block in blocks])
