@@ -208,5 +208,6 @@ def _put_slots(out: np.ndarray, belief: Belief, scenario: Scenario) -> None:
     out[..., 6] = callee[:, None] == partner
     out[..., 7] = _share(belief.observed.take(link) / scenario.rendezvous.kappa)
     fine = belief.profile.reshape(*partner.shape, N_BINS, -1)
-    out[..., 8:] = functools.reduce(np.maximum, np.moveaxis(fine, -1, 0))  # a short axis reduces slowly
+    each = (fine[..., k] for k in range(fine.shape[-1]))
+    out[..., 8:] = functools.reduce(np.maximum, each)  # a short axis reduces slowly
     out[partner == NOBODY] = 0.0
