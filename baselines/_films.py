@@ -1,6 +1,7 @@
 """Films and stills on disk: there whole or not at all."""
 
 import importlib.util
+import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -35,6 +36,10 @@ def check_target(field: str, path: Path, kinds: Mapping[str, object], *, overwri
     require(path.parent.is_dir(), field, "in a folder that exists", str(path))
     require(not path.is_dir(), field, "a file", str(path))
     require(overwrite or not path.exists(), field, "new (--overwrite replaces what is there)", str(path))
+    try:
+        tempfile.TemporaryFile(dir=path.parent).close()
+    except OSError as failure:
+        require(False, field, f"in a folder that takes files ({failure.strerror})", str(path))
 
 
 @contextmanager

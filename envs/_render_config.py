@@ -8,6 +8,7 @@ from types import MappingProxyType
 from gymnasium.error import DependencyNotInstalled
 
 from wifipgo.errors import pick, require
+from wifipgo.settings import fitted
 
 RENDER_MODES: Mapping[str, str] = MappingProxyType(
     {"human": "a window", "rgb_array": "arrays, without a display"}
@@ -31,6 +32,7 @@ class RenderConfig:
 
     def __post_init__(self) -> None:
         """Reject sizes that films refuse or on which the panel cannot be read."""
+        object.__setattr__(self, "height_px", fitted(self.height_px, int, "RenderConfig.height_px"))
         fits = 320 <= self.height_px <= 4096 and self.height_px % BLOCK_PX == 0
         require(fits, "RenderConfig.height_px", f"a multiple of {BLOCK_PX} in 320..4096", self.height_px)
 

@@ -1,6 +1,7 @@
 """The ParallelEnv: dicts and arrays, the clock, the agents. Everything else is below."""
 
 from collections.abc import Mapping
+from os import PathLike
 from typing import Any, NoReturn
 
 import numpy as np
@@ -25,6 +26,8 @@ OBSERVATIONS: Mapping[str, str] = {"flat": "one Box", "dict": "the same blocks b
 _FIXED = ("n_robots", "n_slots", "n_steps", "n_azimuths", "max_measurements")
 # PettingZoo's own conformance test resets with ``options={"options": 1}``.
 _IGNORED_OPTIONS = ("options",)
+# Kinds of numpy's dtypes that are real numbers: no text, no dates, no complex numbers.
+_REAL = "biuf"
 
 
 class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
@@ -52,7 +55,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
 
     def __init__(
         self,
-        scenario: str | Scenario = "paper-hw-2",
+        scenario: str | PathLike[str] | Scenario = "paper-hw-2",
         *,
         observation: str = "flat",
         reward: str = "mapped_share_truth",
@@ -99,11 +102,11 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The same object for an agent each time."""
-        return self.observation_spaces[agent]
+        return pick(self.observation_spaces, agent, "agent")
 
     def action_space(self, agent: str) -> spaces.Space[Any]:
         """Waypoint in the body frame, in step lengths, and a request: > 0 calls a neighbour."""
-        return self.action_spaces[agent]
+        return pick(self.action_spaces, agent, "agent")
 
     @property
     def tick(self) -> Tick:
@@ -119,7 +122,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         return self._world
 
     def reset(
-        self, seed: int | None = None, options: Mapping[str, Any] | None = None
+        self, seed: int | np.integer[Any] | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
         """Start an episode; a seed starts its sequence of episodes anew.
 
@@ -203,7 +206,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             self._screen.close()
             self._screen = None
 
-    def _next_episode(self, seed: int | None) -> tuple[int, int]:
+    def _next_episode(self, seed: int | np.integer[Any] | None) -> tuple[int, int]:
         """Root of all chance, and the number of the episode under it."""
         if seed is not None:
             whole = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
@@ -244,8 +247,9 @@ def _changes(options: Mapping[str, Any] | None) -> dict[str, Any]:
     """Scenario fields that reset options change."""
     require(options is None or isinstance(options, Mapping), "options", "None or a mapping", options)
     changes = {name: value for name, value in (options or {}).items() if name not in _IGNORED_OPTIONS}
-    for name in changes:
-        require(name not in _FIXED, f"options[{name!r}]", "set when the environment is made", name)
+    for name, value in changes.items():
+        require(isinstance(name, str), "options", "a mapping from names of scenario fields", options)
+        require(name not in _FIXED, f"options[{name!r}]", "set when the environment is made", value)
     return changes
 
 
@@ -260,15 +264,15 @@ def _commands(actions: Mapping[str, Any], agents: list[str]) -> Commands:
         if agent not in actions:
             raise ValueError(f"actions[{agent!r}] must be given: one action for each live agent")
     try:
-        rows = np.array([actions[agent] for agent in agents], dtype=np.float64)
+        rows = np.array([actions[agent] for agent in agents])
     except (TypeError, ValueError):
         rows = np.zeros(0)
-    if rows.shape != (len(agents), 3):
+    if rows.shape != (len(agents), 3) or rows.dtype.kind not in _REAL:
         _refuse_shapes(actions, agents)
     if not np.isfinite(rows).all():
         first = int(np.isfinite(rows).all(axis=1).argmin())
         raise ValueError(f"actions[{agents[first]!r}] must be finite, got {rows[first].tolist()}")
-    rows = np.minimum(np.maximum(rows, -1.0), 1.0)
+    rows = np.minimum(np.maximum(rows.astype(np.float64), -1.0), 1.0)
     return Commands(rows[:, :2], rows[:, 2] > 0.0)
 
 
@@ -280,8 +284,6 @@ def _refuse_shapes(actions: Mapping[str, Any], agents: list[str]) -> NoReturn:
         except ValueError:
             shape = "parts of different lengths"
         require(shape == (3,), f"actions[{agent!r}]", "of shape (3,)", shape)
-        try:
-            np.array(actions[agent], dtype=np.float64)
-        except (TypeError, ValueError):
-            require(False, f"actions[{agent!r}]", "three numbers", actions[agent])
+        real = np.array(actions[agent]).dtype.kind in _REAL
+        require(real, f"actions[{agent!r}]", "three numbers", actions[agent])
     raise ValueError(f"actions must be three numbers each, got {dict(actions)}")

@@ -1,6 +1,7 @@
 """The team as one agent: a gymnasium environment for a central controller."""
 
 from collections.abc import Mapping
+from os import PathLike
 from typing import Any
 
 import gymnasium
@@ -33,7 +34,11 @@ class RendezvousTeamEnv(gymnasium.Env[np.ndarray, np.ndarray], EzPickle):
     metadata = RendezvousEnv.metadata
 
     def __init__(
-        self, scenario: str | Scenario = "paper-hw-2", *, render_mode: str | None = None, **arguments: Any
+        self,
+        scenario: str | PathLike[str] | Scenario = "paper-hw-2",
+        *,
+        render_mode: str | None = None,
+        **arguments: Any,
     ) -> None:
         """Make the environment of the robots, and join their spaces."""
         EzPickle.__init__(self, scenario, render_mode=render_mode, **arguments)
@@ -46,11 +51,11 @@ class RendezvousTeamEnv(gymnasium.Env[np.ndarray, np.ndarray], EzPickle):
         self.action_space = _joined([self.robots.action_space(a) for a in self.agents])
 
     def reset(
-        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
+        self, *, seed: int | np.integer[Any] | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Float[np.ndarray, " numbers"], dict[str, Any]]:
         """Start an episode, as in `RendezvousEnv.reset`."""
-        super().reset(seed=seed)
-        observations, infos = self.robots.reset(seed=seed, options=options)
+        observations, infos = self.robots.reset(seed=seed, options=options)  # may refuse the seed
+        super().reset(seed=None if seed is None else int(seed))
         return np.concatenate(list(observations.values())), infos
 
     def step(
@@ -62,12 +67,11 @@ class RendezvousTeamEnv(gymnasium.Env[np.ndarray, np.ndarray], EzPickle):
             ValueError: The action has another shape or is not finite.
             RuntimeError: Before the first reset or after the end.
         """
-        require(
-            np.shape(action) == self.action_space.shape,
-            "action",
-            f"of shape {self.action_space.shape}",
-            np.shape(action),
-        )
+        try:
+            shape: Any = np.shape(action)
+        except ValueError:
+            shape = "parts of different lengths"
+        require(shape == self.action_space.shape, "action", f"of shape {self.action_space.shape}", shape)
         each = np.split(np.asarray(action), len(self.agents))
         observations, rewards, ended, cut, infos = self.robots.step(dict(zip(self.agents, each, strict=True)))
         return (

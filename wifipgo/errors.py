@@ -11,7 +11,7 @@ T = TypeVar("T")
 class UnknownNameError(ValueError):
     """A name that nothing answers to; the message lists those that exist."""
 
-    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+    def __init__(self, kind: str, name: object, known: Iterable[str]) -> None:
         """Build the message from the kind of thing, the name got and the known names."""
         self.kind, self.name, self.known = kind, name, sorted(known)
         super().__init__(f"unknown {kind} {name!r}; known: {', '.join(self.known)}")
@@ -54,9 +54,9 @@ class GraphFileError(ValueError):
         return type(self), self._given
 
 
-def pick(table: Mapping[str, T], name: str, kind: str) -> T:
+def pick(table: Mapping[str, T], name: object, kind: str) -> T:
     """Look ``name`` up, or raise `UnknownNameError` that lists what ``table`` holds."""
-    if name not in table:
+    if not isinstance(name, str) or name not in table:  # a list has no hash
         raise UnknownNameError(kind, name, table)
     return table[name]
 

@@ -41,7 +41,7 @@ def flattened(values: Mapping[str, Any], owners: Mapping[str, str], where: str) 
     """
     tables = sorted({part for part in owners.values() if part})
     flat: dict[str, Any] = {}
-    for table, key, value in _entries(values, tables):
+    for table, key, value in _entries(values, tables, where):
         if key not in owners:
             here = [name for name, part in owners.items() if table in {"", part}]
             known = [*here, *tables, BASE] if table == "" else here
@@ -53,11 +53,13 @@ def flattened(values: Mapping[str, Any], owners: Mapping[str, str], where: str) 
     return flat
 
 
-def _entries(values: Mapping[str, Any], tables: Iterable[str]) -> Iterator[tuple[str, str, Any]]:
+def _entries(values: Mapping[str, Any], tables: Iterable[str], where: str) -> Iterator[tuple[str, str, Any]]:
     """Table ('' for the top), key and value of everything but the base."""
     for key, value in values.items():
         if key in tables and isinstance(value, Mapping):
             yield from ((key, inner, content) for inner, content in value.items())
+        elif key in tables:
+            require(False, f"{key} in {where}", f"a table, [{key}]", value)
         elif key != BASE:
             yield "", key, value
 

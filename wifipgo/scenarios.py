@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
+from os import PathLike, fspath
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, get_type_hints
@@ -20,6 +21,8 @@ from wifipgo.scenario_files import BASE, SUFFIX, flattened, read_toml, toml_text
 from wifipgo.settings import fitted
 from wifipgo.world.layout import ArenaConfig
 from wifipgo.world.sensing import SensingConfig
+
+_MOST_ROBOTS = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,6 +58,8 @@ class Scenario:
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything together."""
         require(self.n_robots >= 2, "Scenario.n_robots", ">= 2", self.n_robots)
+        most = f"at most {_MOST_ROBOTS}, as each has a link to each"
+        require(self.n_robots <= _MOST_ROBOTS, "Scenario.n_robots", most, self.n_robots)
         require(self.n_steps >= 1, "Scenario.n_steps", ">= 1", self.n_steps)
         require(
             1 <= self.n_slots < self.n_robots,
@@ -206,7 +211,7 @@ SCENARIOS: Mapping[str, Scenario] = MappingProxyType(
 )
 
 
-def scenario_named(name: str, /, **overrides: Any) -> Scenario:
+def scenario_named(name: str | PathLike[str], /, **overrides: Any) -> Scenario:
     """Look a scenario up, or read it if ``name`` ends in ``.toml``, and change what is asked for.
 
     Raises:
@@ -214,7 +219,9 @@ def scenario_named(name: str, /, **overrides: Any) -> Scenario:
             and names the file.
         OSError: A file that cannot be read.
     """
-    return _found(name, Path(), ()).with_overrides(**overrides)
+    rule = f"a name, a file that ends in {SUFFIX}, or a Scenario"
+    require(isinstance(name, str | PathLike), "scenario", rule, name)
+    return _found(fspath(name), Path(), ()).with_overrides(**overrides)
 
 
 def _found(name: str, folder: Path, above: tuple[Path, ...]) -> Scenario:

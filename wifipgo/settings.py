@@ -42,13 +42,22 @@ def fitted(value: Any, kind: Any, name: str) -> Any:
     rule = f"of type {type_name(kind)}"
     if kind is float:
         require(isinstance(value, Real) and not isinstance(value, bool), name, rule, value)
-        require(math.isfinite(value), name, "finite", value)
-        return float(value)
+        number = _float_of(value)
+        require(math.isfinite(number), name, "finite", value)
+        return number
     if kind is int:
         require(isinstance(value, Integral) and not isinstance(value, bool), name, rule, value)
         return int(value)
     require(isinstance(value, kind), name, rule, value)
     return value
+
+
+def _float_of(value: Real) -> float:
+    """Nearest float; infinite where a whole number is larger than all."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
 
 
 def _fitted_items(value: Any, kind: Any, name: str) -> tuple[Any, ...]:

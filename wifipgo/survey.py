@@ -75,11 +75,12 @@ def surveyed(
         range_m: How far they see.
     """
     width_m = size_m / N_BINS
-    here = np.floor(p_m / width_m).astype(np.int64)
-    offset = window(int(np.ceil(range_m / width_m)))
-    index = here[:, None] + offset
+    here = np.floor(p_m / width_m)
+    nearest = np.minimum(np.maximum(here, 0.0), N_BINS - 1.0)  # a belief may be far outside
+    offset = window(int(min(np.ceil(range_m / width_m), N_BINS)))
+    index = nearest.astype(np.int64)[:, None] + offset
     near = length(width_m * (index + 0.5) - p_m[:, None]) <= range_m
-    near[:, len(offset) // 2] = True
+    near[:, len(offset) // 2] |= (here == nearest).all(axis=1)
     near &= inside(index, N_BINS)
     pose, place = near.nonzero()
     x, y = index[pose, place].T

@@ -21,6 +21,10 @@ def appearing(path: Path, *, by_suffix: bool = False) -> Iterator[Path]:
     try:
         yield unfinished
         os.replace(unfinished, path)
+    except OSError as failure:
+        if str(failure.filename) != str(unfinished):
+            raise
+        raise OSError(failure.errno, failure.strerror, str(path)) from failure  # the name that was asked for
     finally:
         unfinished.unlink(missing_ok=True)
 

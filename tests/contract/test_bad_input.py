@@ -20,6 +20,10 @@ from envs import rendezvous_v0
         ({"robot_0": [0.0] * 3, "robot_1": ["a", "b", "c"]}, r"robot_1.*three numbers, got \['a'"),
         ({"robot_0": [0.0] * 3, "robot_1": None}, r"robot_1.*shape \(3,\), got \(\)"),
         ({}, r"robot_0.*must be given"),
+        ({"robot_0": [0.0] * 3, "robot_1": ["1", "2", "3"]}, r"robot_1.*three numbers, got \['1'"),
+        ({"robot_0": np.zeros(3), "robot_1": np.zeros(3) + 1j}, r"robot_1.*three numbers, got array"),
+        ({"robot_0": [0.0] * 3, "robot_1": [10**400, 0, 0]}, r"robot_1.*three numbers, got \[1000"),
+        ({"robot_0": [0.0] * 3, "robot_1": [np.datetime64("2026")] * 3}, r"robot_1.*three numbers"),
     ],
 )
 def test_bad_actions_name_the_agent(actions: object, message: str) -> None:
@@ -41,6 +45,17 @@ def test_bad_actions_name_the_agent(actions: object, message: str) -> None:
         ({"n_robots": 1}, r"n_robots must be >= 2"),
         ({"n_slots": 2}, r"n_slots must be in 1..1"),
         ({"n_obstacles": 2.5}, r"n_obstacles must be of type int"),
+        ({"n_robots": 10**9}, r"Scenario.n_robots must be at most 1000.*got 1000000000"),
+        ({"size_m": 1e100}, r"ArenaConfig.size_m must be at most 2000, got 1e\+100"),
+        ({"size_m": 10**400}, r"size_m must be finite"),
+        ({"n_substeps": 10**9}, r"ArenaConfig.n_substeps must be at most 10000"),
+        ({"obstacle_density": 1e-300}, r"ArenaConfig.obstacle_density must be 0 or at least 1e-09"),
+        ({"sigma_t_m": 1e300}, r"SensingConfig.sigma_t_m must be at most 10000 with its factors, got"),
+        (
+            {"sigma_r_rad": 1.0, "sigma_t_m": 0.0, "noise_scale": (1e5, 1.0)},
+            r"SensingConfig.sigma_r_rad must be at most",
+        ),
+        ({"sensor_range_m": 1e300}, r"SensingConfig.sensor_range_m must be at most 1e\+06"),
     ],
 )
 def test_bad_arguments_list_what_exists(arguments: dict[str, object], message: str) -> None:
@@ -64,7 +79,8 @@ def test_options_hold_for_one_episode() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"n_robots": 3}, r"n_robots.*set when the environment is made"),
+        ({"n_robots": 3}, r"n_robots.*set when the environment is made, got 3"),
+        ({"size_m": 0.5}, r"size_m must be more than four times robot_radius_m \(0.15\) for random"),
         ({"n_slots": 1}, r"n_slots.*set when the environment is made"),
         ({"n_obstacles": -1}, r"ArenaConfig.n_obstacles must be >= 0, got -1"),
         ({"n_obstacles": 900}, r"ArenaConfig.n_obstacles must be at most what fits"),
@@ -118,7 +134,10 @@ from envs.rendezvous_v0 import parallel_env
 env = parallel_env()
 env.reset(seed=0)
 for call in (lambda: env.step(np.zeros((2, 3))), lambda: env.reset(seed=1.5), lambda: env.reset(seed="7"),
-             lambda: env.reset(seed=True), lambda: env.reset(options=["n_obstacles"])):
+             lambda: env.reset(seed=True), lambda: env.reset(options=["n_obstacles"]),
+             lambda: env.reset(options={1: 2}), lambda: parallel_env(None),
+             lambda: parallel_env(reward=["error"]), lambda: parallel_env(render_height_px="608"),
+             lambda: env.action_space("robot_2"), lambda: env.observation_space(0)):
     try:
         call()
     except ValueError as problem:
@@ -131,4 +150,10 @@ for call in (lambda: env.step(np.zeros((2, 3))), lambda: env.reset(seed=1.5), la
         "seed must be None or an integer >= 0, got '7'",
         "seed must be None or an integer >= 0, got True",
         "options must be None or a mapping, got ['n_obstacles']",
+        "options must be a mapping from names of scenario fields, got {1: 2}",
+        "scenario must be a name, a file that ends in .toml, or a Scenario, got None",
+        "unknown reward ['error']; known: error, mapped_share_belief, mapped_share_truth, team_error",
+        "RenderConfig.height_px must be of type int, got '608'",
+        "unknown agent 'robot_2'; known: robot_0, robot_1",
+        "unknown agent 0; known: robot_0, robot_1",
     ]

@@ -107,3 +107,10 @@ def test_the_team_says_what_is_wrong() -> None:
         team.step(np.zeros(3, np.float32))
     with pytest.raises(ValueError, match=r"robot_1.*finite"):
         team.step(np.array([0, 0, 0, 0, np.nan, 0], np.float32))
+    with pytest.raises(ValueError, match=r"seed must be None or an integer >= 0, got -1"):
+        team.reset(seed=-1)
+
+
+def test_a_team_takes_the_seeds_that_its_robots_take() -> None:
+    team = RendezvousTeamEnv()
+    np.testing.assert_array_equal(team.reset(seed=np.int64(3))[0], team.reset(seed=3)[0])

@@ -92,3 +92,14 @@ def test_one_long_substep_ends_where_many_short_ones_do(monkeypatch: pytest.Monk
         np.testing.assert_array_equal(quick.bumped, careful.bumped)
         assert not (looked[-1] and careful.bumped.any())
     assert 30 < sum(looked) < 270  # both ways were tried
+
+
+@pytest.mark.parametrize("n_substeps", [1, 2, 3, 5, 7, 18])
+def test_any_number_of_substeps_arrives(n_substeps: int) -> None:
+    """So near to another that the way is driven in substeps, and still a way that nobody blocks."""
+    starts = np.array([(2.0, 2.0, 0.0), (2.0, 2.31, 0.0)])
+    layout = Layout(walls_m=room_walls(10.0), obstacles_m=[], starts=starts)
+    cfg = ArenaConfig(size_m=10.0, step_m=0.14, n_substeps=n_substeps)
+    drive = Arena(layout, cfg, turn_rad=TURN_RAD).drive(starts, np.array([[1.0, 0.0], [1.0, 0.0]]))
+    np.testing.assert_allclose(drive.poses[:, :2] - starts[:, :2], [[0.14, 0.0]] * 2, atol=1e-6)
+    assert not drive.bumped.any()

@@ -107,7 +107,8 @@ def test_a_base_may_be_a_file_beside_it(tmp_path: Path) -> None:
         ("size_m = nan", r"room\.toml: size_m must be finite, got nan"),
         ("noise_scale = [1.0, inf]", r"room\.toml: noise_scale\[1\] must be finite, got inf"),
         ("noise_scale = 2.0", r"noise_scale must be of type tuple of float, got 2\.0"),
-        ("arena = 5", r"unknown key in .*room\.toml: 'arena'"),
+        ("arena = 5", r"arena in .*room\.toml must be a table, \[arena\], got 5"),
+        ("[[arena]]\nsize_m = 4", r"arena in .*room\.toml must be a table, \[arena\], got \[\{"),
         ("size_m = -1", r"room\.toml: ArenaConfig\.size_m must be > 0, got -1\.0"),
         (
             'wall_material = "paper"',
@@ -129,6 +130,11 @@ def test_a_file_that_is_no_text(tmp_path: Path) -> None:
         scenario_named(str(tmp_path / "room.toml"))
     with pytest.raises(FileNotFoundError, match=r"none\.toml"):
         scenario_named("none.toml")
+
+
+def test_a_path_is_a_file_too(tmp_path: Path) -> None:
+    path = write(tmp_path, "n_steps = 3")
+    assert parallel_env(Path(path)).scenario == scenario_named(Path(path)) == scenario_named(path)
 
 
 def test_an_environment_keeps_what_the_file_said(tmp_path: Path) -> None:

@@ -11,8 +11,9 @@ from envs._observation import layout, observe
 from property.test_loop import episode
 from wifipgo.drift import spread_m
 from wifipgo.scenarios import Scenario, scenario_named
+from wifipgo.se2 import length
 from wifipgo.state import Belief
-from wifipgo.survey import N_BINS, probability_in_place
+from wifipgo.survey import N_BINS, probability_in_place, surveyed
 from wifipgo.world.coverage import TOLERANCE_M
 from wifipgo.world.sensing import sight_robots
 
@@ -41,6 +42,20 @@ def test_a_survey_is_what_the_trajectory_as_now_believed_saw(seed: int) -> None:
     last = episode(SMALL, seed, n_steps=20)[-1].belief
     for robot in range(2):
         np.testing.assert_allclose(last.survey.own[robot], own_map(last, robot, SMALL), atol=1e-6)
+
+
+@given(st.floats(-1e6, 1e6), st.floats(-30.0, 30.0), st.floats(0.0, 1e6), st.floats(2.0, 40.0))
+def test_a_survey_of_any_range_from_anywhere(x_m: float, y_m: float, range_m: float, size_m: float) -> None:
+    """A belief may be far outside the room, and a sensor may see further than the room is wide."""
+    p_m, none = np.array([[x_m, y_m]]), np.zeros((1, N_BINS, N_BINS), dtype=np.float32)
+    own = surveyed(none, np.zeros(1, dtype=int), p_m, np.ones(1), size_m=size_m, range_m=range_m)
+    middle_m = (np.arange(N_BINS) + 0.5) * (size_m / N_BINS)
+    away_m = length(np.stack(np.meshgrid(middle_m, middle_m, indexing="ij"), axis=-1) - p_m)
+    seen = away_m <= range_m
+    stands = np.floor(p_m[0] / (size_m / N_BINS))
+    if ((stands >= 0) & (stands < N_BINS)).all():
+        seen[tuple(stands.astype(int))] = True
+    np.testing.assert_array_equal(own[0] > 0.0, seen)
 
 
 def test_who_meets_knows_what_the_others_saw() -> None:

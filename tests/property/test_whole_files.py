@@ -1,11 +1,12 @@
 """A file is there whole or not at all, and what was there before stays until it is."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 
-from wifipgo.whole_files import appearing, write_json
+from wifipgo.whole_files import appearing, write_json, write_text
 
 
 def cut_short(path: Path, *, by_suffix: bool) -> None:
@@ -32,3 +33,12 @@ def test_json_that_cannot_be_written_leaves_the_old(tmp_path: Path) -> None:
         write_json(path, {"mean": float("nan")})
     assert json.loads(path.read_text(encoding="utf-8")) == {"mean": 1.5}
     assert [p.name for p in path.parent.iterdir()] == ["summary.json"]
+
+
+def test_a_failure_names_the_file_that_was_asked_for(tmp_path: Path) -> None:
+    folder = tmp_path / "picture.png"
+    folder.mkdir()
+    for path in (folder, tmp_path / "nowhere" / "picture.png"):
+        with pytest.raises(OSError, match=re.escape(f"'{path}'")) as failure:
+            write_text(path, "whole")
+        assert failure.value.filename == str(path)

@@ -125,12 +125,13 @@ class Arena:
     def _drive_in_substeps(self, target_m: Float[np.ndarray, "robots 2"]) -> None:
         """Head for the targets, again and again, through whatever is in the way."""
         rounds = _COMMANDS_PER_DRIVE
+        n_each = -(-self._cfg.n_substeps // rounds)  # as many in each, at least what is asked for
         for left in range(rounds, 0, -1):
             gap_m = target_m - self.positions()
             away_m = se2.length(gap_m)[:, None]
             self._command(gap_m * np.minimum(rounds / left, self._step_m / np.maximum(away_m, 1e-12)))
-            for _ in range(self._cfg.n_substeps // rounds):
-                self._space.step(1.0 / self._cfg.n_substeps)
+            for _ in range(n_each):
+                self._space.step(1.0 / (rounds * n_each))
         self._settle()
 
     def drive(self, poses: Float[np.ndarray, "robots 3"], waypoints: Float[np.ndarray, "robots 2"]) -> Drive:

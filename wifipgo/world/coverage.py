@@ -88,7 +88,8 @@ def reveal(
     range_m: float,
 ) -> CellMap:
     """See the free cells whose middle is within range of a robot, with nothing in between."""
-    n, reach = len(cells.seen), int(np.ceil(range_m / CELL_M))
+    n = len(cells.seen)
+    reach = int(min(np.ceil(range_m / CELL_M), n))  # further there are no cells
     index = np.floor(p_m / CELL_M).astype(np.int64)[:, None] + window(reach)
     near = length(CELL_M * (index + 0.5) - p_m[:, None]) <= range_m
     robot, place = np.nonzero(near & inside(index, n))

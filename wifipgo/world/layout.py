@@ -15,6 +15,10 @@ from wifipgo.world.polygons import area_m2
 
 # So many boxes or starts in a row that do not fit, and the room is taken to be full.
 _TRIES = 2_000
+# What memory and time allow: a map of the room has a cell for each square metre.
+_MOST_M, _MOST_SUBSTEPS = 2_000.0, 10_000
+# Boxes that cover less are shrunk to nothing.
+_LEAST_DENSITY = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,6 +71,7 @@ class ArenaConfig:
             value = getattr(self, name)
             require(value > 0.0, f"ArenaConfig.{name}", "> 0", value)
             require(value < np.inf, f"ArenaConfig.{name}", "finite", value)
+        require(self.size_m <= _MOST_M, "ArenaConfig.size_m", f"at most {_MOST_M:g}", self.size_m)
         require(self.clearance_m >= 0.0, "ArenaConfig.clearance_m", ">= 0", self.clearance_m)
         self._check_steps()
         self._check_random_boxes()
@@ -79,11 +84,15 @@ class ArenaConfig:
         fastest = longest_m / self.n_substeps if self.n_substeps > 0 else np.inf
         rule = "enough that a substep moves less than a robot's radius"
         require(fastest < self.robot_radius_m, "ArenaConfig.n_substeps", rule, self.n_substeps)
+        rule = f"at most {_MOST_SUBSTEPS}"
+        require(self.n_substeps <= _MOST_SUBSTEPS, "ArenaConfig.n_substeps", rule, self.n_substeps)
 
     def _check_random_boxes(self) -> None:
         density = self.obstacle_density
         require(self.n_obstacles >= 0, "ArenaConfig.n_obstacles", ">= 0", self.n_obstacles)
         require(0.0 <= density < 1.0, "ArenaConfig.obstacle_density", "in [0, 1)", density)
+        rule = f"0 or at least {_LEAST_DENSITY:g}"
+        require(density == 0.0 or density >= _LEAST_DENSITY, "ArenaConfig.obstacle_density", rule, density)
         rule = "0 beside an obstacle_density > 0: one of the two says how many"
         require(self.n_obstacles == 0 or density == 0.0, "ArenaConfig.n_obstacles", rule, self.n_obstacles)
         largest_m = self.obstacle_max_m
@@ -218,17 +227,20 @@ def random_starts(
     Raises:
         ValueError: If the room does not hold ``n_robots``.
     """
-    margin, starts = 2.0 * cfg.robot_radius_m, np.zeros((0, 3))
-    for _ in range(_TRIES):
-        if len(starts) == n_robots:
-            return starts
+    margin, starts, misses = 2.0 * cfg.robot_radius_m, np.zeros((0, 3)), 0
+    rule = f"more than four times robot_radius_m ({cfg.robot_radius_m:g}) for random starts"
+    require(cfg.size_m > 2.0 * margin, "ArenaConfig.size_m", rule, cfg.size_m)
+    while len(starts) < n_robots:
         p_m = rng.uniform(margin, cfg.size_m - margin, (1, 2))
         apart = np.linalg.norm(starts[:, :2] - p_m, axis=1).min(initial=np.inf)
         yaw = rng.uniform(-np.pi, np.pi, (1, 1))
         free = gap_to_obstacles(p_m, obstacles_m)[0] > margin and _in_largest_part(p_m, cfg)
         if apart > 2.0 * margin and free:
-            starts = np.concatenate([starts, np.concatenate([p_m, yaw], axis=1)])
-    raise ValueError(f"n_robots must be at most what fits the room (placed {len(starts)}), got {n_robots}")
+            starts, misses = np.concatenate([starts, np.concatenate([p_m, yaw], axis=1)]), 0
+        elif (misses := misses + 1) == _TRIES:
+            rule = f"at most what fits the room (placed {len(starts)})"
+            raise ValueError(f"n_robots must be {rule}, got {n_robots}")
+    return starts
 
 
 def _in_largest_part(p_m: np.ndarray, cfg: ArenaConfig) -> bool:
