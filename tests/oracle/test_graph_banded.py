@@ -4,6 +4,8 @@ Below about 1e-3 rad, digits cancel in gtsam's slopes of the logarithm (at 3e-5 
 tolerances against it are those of its slopes; ours are held to finite differences at any turn.
 """
 
+from dataclasses import replace
+
 import gtsam
 import numpy as np
 import pytest
@@ -168,3 +170,14 @@ def test_a_wide_band_is_left_to_gtsam(monkeypatch: pytest.MonkeyPatch) -> None:
     assert report.end_covariances is not None
     assert other.end_covariances is not None
     np.testing.assert_allclose(report.end_covariances, other.end_covariances, rtol=1e-5, atol=1e-8)
+
+
+@pytest.mark.parametrize("robots", [[0], [0, 1, 2]])
+def test_next_to_no_weight_is_none(robots: list[int]) -> None:
+    start, edges = walked(3)
+    met = np.arange(len(edges)) >= len(edges) - 15
+    none, hardly = (replace(edges, weight=np.where(met, least, edges.weight)) for least in (0.0, 5e-324))
+    expected, report = solve(start, none, robots=robots)
+    solved, same = solve(start, hardly, robots=robots)
+    np.testing.assert_array_equal(solved, expected)
+    assert (same.n_used, same.n_dropped) == (report.n_used, report.n_dropped)

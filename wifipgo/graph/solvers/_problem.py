@@ -20,6 +20,7 @@ UNKNOWN_START = (
     100.0,
     10.0,
 )  # m, rad: pulls next to nothing, and nothing floats
+NOTHING = 1e-30  # weights up to here leave no information that rounding would not lose
 TOLD_SIGMA = (0.6, 0.2)  # m, rad: least error over random walks of 4 and 10 robots, of 0.001 to 1.5 m
 
 
@@ -101,7 +102,7 @@ def _rows(
 ) -> tuple[Int[np.ndarray, " rows"], int]:
     """Rows between participants, then to outsiders if ``told``, by tail, head and z; how many come first."""
     ours = np.flatnonzero((first_key >= 0).take(edges.tail[:, 0]))
-    ours = ours[edges.weight.take(ours) > 0.0]
+    ours = ours[edges.weight.take(ours) > NOTHING]
     tail, head = edges.tail.take(ours, axis=0), edges.head.take(ours, axis=0)
     outside = first_key.take(head[:, 0]) < 0
     columns = (outside, *tail.T, *head.T, *edges.z.take(ours, axis=0).T)

@@ -37,7 +37,7 @@ def solve(
 
     Used is what these robots measured, information times weight. First poses are known
     and stay; the others start from ``poses``. What another robot measured of these
-    is not theirs to know, so it is dropped, as are edges of weight zero.
+    is not theirs to know, so it is dropped, as are edges of weight zero (up to 1e-30).
 
     Args:
         poses: Current estimates, world frame: where the search starts.
