@@ -94,9 +94,9 @@ class _Places(NamedTuple):
         place *= 10.0 / _STEP_DB
         place -= _TABLE_DB[0] / _STEP_DB
         np.minimum(place, len(_TABLE_DB) - 1.0, out=place)
-        below = place.astype(np.intp)
+        below = np.floor(place)
         place -= below
-        return cls(below, place)
+        return cls(below.astype(np.intp), place)
 
 
 def _flat_snr_db(places: _Places, modulation: int) -> Float[np.ndarray, " links"]:
