@@ -30,6 +30,7 @@ _MINUS_LOG_BER = -_LOG_BER  # ascends, as interpolation wants it
 _TABLE = _LOG_BER.astype(np.float32)
 _TABLE_RISE = np.diff(_LOG_BER, axis=1, append=_LOG_BER[:, -1:]).astype(np.float32)
 
+_LEAST_SNR = 1.001e-6  # rounding must not lead below the tables
 _LEAST_ESNR_DB = -30.0
 _SLACK_DB = 0.01  # far more than the tables err
 
@@ -89,7 +90,7 @@ class _Places(NamedTuple):
     @classmethod
     def of(cls, snr: Float[np.ndarray, "links subcarriers"]) -> "_Places":
         """Look SNRs up."""
-        place = np.maximum(snr.T, 1e-6, order="C", dtype=np.float32, casting="same_kind")
+        place = np.maximum(snr.T, _LEAST_SNR, order="C", dtype=np.float32, casting="same_kind")
         np.log10(place, out=place)
         place *= 10.0 / _STEP_DB
         place -= _TABLE_DB[0] / _STEP_DB
