@@ -17,7 +17,7 @@ from wifipgo.errors import pick, require
 from wifipgo.graph import ate_rot, ate_trans
 from wifipgo.loop import advance, start
 from wifipgo.mapped import first_map, updated_map
-from wifipgo.scenarios import Scenario, scenario_named
+from wifipgo.scenarios import Scenario, field_owners, scenario_named
 from wifipgo.state import Commands, Tick, World
 from wifipgo.survey import team_share
 
@@ -26,6 +26,7 @@ OBSERVATIONS: Mapping[str, str] = {"flat": "one Box", "dict": "the same blocks b
 _FIXED = ("n_robots", "n_slots", "n_steps", "n_azimuths", "max_measurements")
 # PettingZoo's own conformance test resets with ``options={"options": 1}``.
 _IGNORED_OPTIONS = ("options",)
+_ARGUMENTS = ("max_cycles", "observation", "render_height_px", "render_mode", "reward", "scenario")
 # Kinds of numpy's dtypes that are real numbers: no text, no dates, no complex numbers.
 _REAL = "biuf"
 
@@ -65,6 +66,8 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         **overrides: Any,
     ) -> None:
         """Check the arguments and build the spaces."""
+        for name in overrides:
+            pick({**dict.fromkeys(_ARGUMENTS), **field_owners()}, name, "scenario field")
         if max_cycles is not None:
             require(
                 "n_steps" not in overrides, "max_cycles", "given without n_steps, its other name", max_cycles

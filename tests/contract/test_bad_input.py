@@ -39,6 +39,10 @@ def test_bad_actions_name_the_agent(actions: object, message: str) -> None:
     [
         ({"scenario": "paper-hw-3"}, r"paper-hw-3.*known:.*paper-hw-2-obstacles"),
         ({"n_obstacle": 4}, r"n_obstacle.*known:.*n_obstacles"),
+        (
+            {"observations": "dict"},
+            r"field .observations.; known:.*, observation, .*render_mode, .*reward",
+        ),
         ({"observation": "image"}, r"image.*dict, flat"),
         ({"reward": "fame"}, r"fame.*known: error, mapped_share_belief, mapped_share_truth, team_error"),
         ({"render_mode": "ascii"}, r"render_mode"),
