@@ -51,6 +51,17 @@ def test_delay_turns_the_phase_along_the_subcarriers(bandwidth_hz: float) -> Non
 
 
 @pytest.mark.parametrize("bandwidth_hz", BANDS)
+@pytest.mark.parametrize("n_links", [1, 300])
+def test_few_links_and_many_are_sums_over_paths(n_links: int, bandwidth_hz: float) -> None:
+    paths = some_paths(n_links, 5)
+    at_hz = band_of(bandwidth_hz).subcarriers * csi.SUBCARRIER_SPACING_HZ
+    expected = (paths.gain[..., None] * np.exp(-2j * np.pi * at_hz * paths.delay_s[..., None])).sum(axis=1)
+    most = np.abs(paths.gain).sum(axis=1).max()
+    channel = csi.centre_channel(paths, bandwidth_hz=bandwidth_hz)
+    np.testing.assert_allclose(channel, expected, rtol=0.0, atol=1e-5 * most)
+
+
+@pytest.mark.parametrize("bandwidth_hz", BANDS)
 def test_an_array_of_the_pair_is_the_pair(bandwidth_hz: float) -> None:
     """The general way for any antennas against the fast one, a turn of 7 packets."""
     paths, heading = some_paths(5, 4), np.random.default_rng(1).uniform(-3.0, 3.0, (5, 7))

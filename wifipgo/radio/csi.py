@@ -35,6 +35,7 @@ __all__ = [
 THERMAL_NOISE_DBM_PER_HZ = -174.0
 # Those of a 20 MHz channel; others in `wifipgo.radio.bands`.
 REPORTED_SUBCARRIERS = BANDS[20e6].subcarriers
+_FEW_LINKS = 40  # of which the sines cost less than the calls that save them
 _MAX_ANTENNAS = 3  # as many as an Intel 5300 has
 
 
@@ -138,7 +139,16 @@ def _subcarriers_f32(bandwidth_hz: float) -> Float32[np.ndarray, " subcarriers"]
 
 
 def centre_channel(paths: Paths, *, bandwidth_hz: float = 20e6) -> Complex[np.ndarray, "links subcarriers"]:
-    """Noise-free channel at the receiver's centre, gain per subcarrier.
+    """Noise-free channel at the receiver's centre, gain per subcarrier."""
+    if len(paths.gain) > _FEW_LINKS:
+        return _channel_by_doubling(paths, bandwidth_hz)
+    each = subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz)
+    found: np.ndarray = np.matmul(paths.gain[:, None].astype(np.complex64), each)[:, 0]
+    return found
+
+
+def _channel_by_doubling(paths: Paths, bandwidth_hz: float) -> Complex[np.ndarray, "links subcarriers"]:
+    """The same for many links.
 
     Between subcarriers as far apart a path turns by the same factor, so most are products of others: twice as
     many with each multiplication, which costs a fraction of as many sines and errs by a few roundings.
