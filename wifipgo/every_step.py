@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float, Int
 from wifipgo.graph import (
     GUARDS,
     NO_PINGS,
+    NOTHING,
     THIRD_PARTY,
     TOLD_SIGMA,
     Bearings,
@@ -169,7 +170,7 @@ class Memory:
         gone = np.flatnonzero(stale & (self._told.robot == robot))
         changed = self._told.row[gone]
         outer = np.append(outer, changed[~_is_held(edges, changed, held)])[: None if self._uses_told else 0]
-        inner, outer = (rows[edges.weight[rows] > 0.0] for rows in (inner, outer))
+        inner, outer = (rows[edges.weight[rows] > NOTHING] for rows in (inner, outer))
         return News(
             robot=robot,
             held=held,

@@ -69,6 +69,17 @@ def test_a_robot_alone_has_the_optimum_of_what_it_measured(seed: int, third_part
     assert moved > 0.05  # else this compares dead reckoning with itself
 
 
+def test_next_to_no_weight_is_none() -> None:
+    """A weight that underflowed, as Eq. 11's do, leaves no information, and no variance that overflows."""
+    _, start, measured = walked(0)
+    found = []
+    for least in (0.0, 5e-324):
+        weights = [np.where(new.tail[:, 0] != new.head[:, 0], least, new.weight) for new in measured]
+        less = [replace(new, weight=weight) for new, weight in zip(measured, weights, strict=True)]
+        found.append(run(less, start, Memory(RendezvousConfig(estimator="every_step")), sent_at=6)[0])
+    np.testing.assert_array_equal(found[0], found[1])
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_robot_that_was_sent_a_graph_has_the_optimum_of_both_as_far_as_it_knows(seed: int) -> None:
     """What the other measured since is not known: the search leaves it out."""

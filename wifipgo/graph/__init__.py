@@ -25,11 +25,13 @@ from wifipgo.graph.solvers import (
     solve,
     solve_team,
 )
+from wifipgo.graph.solvers._problem import NOTHING
 from wifipgo.graph.solvers.spatial import marginal_covariances, solve_graph
 
 __all__ = [
     "ERR_WEIGHTS",
     "GUARDS",
+    "NOTHING",
     "NO_PINGS",
     "THIRD_PARTY",
     "TOLD_SIGMA",
