@@ -56,6 +56,10 @@ __all__ = [
 ]
 
 
+# Beyond these, phases lose their digits or arrays their sense; no robot comes near.
+_LARGEST_GAP_M, _LARGEST_SCALE, _LONGEST_TURN_RAD, _MOST_POSITIONS = 10.0, 100.0, 100.0, 4096
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AoaConfig:
     """Antenna pair, turn and grid. Quarter turn: paper Sec. 4; gap: Sec. 7.2.1; the rest is ours.
@@ -86,11 +90,15 @@ class AoaConfig:
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
-        for name in ("antenna_gap_m", "turn_rad"):
-            require(getattr(self, name) > 0.0, f"AoaConfig.{name}", "> 0", getattr(self, name))
+        for name, most in (("antenna_gap_m", _LARGEST_GAP_M), ("turn_rad", _LONGEST_TURN_RAD)):
+            value = getattr(self, name)
+            require(0.0 < value <= most, f"AoaConfig.{name}", f"> 0 and at most {most:g}", value)
         for scale in self.antenna_scale:
-            require(0.0 < scale < np.inf, "AoaConfig.antenna_scale", "all > 0 and finite", self.antenna_scale)
-        require(self.n_positions >= 8, "AoaConfig.n_positions", ">= 8", self.n_positions)
+            within = 0.0 < scale <= _LARGEST_SCALE
+            rule = f"all > 0 and at most {_LARGEST_SCALE:g}"
+            require(within, "AoaConfig.antenna_scale", rule, self.antenna_scale)
+        rule = f"in 8..{_MOST_POSITIONS}"
+        require(8 <= self.n_positions <= _MOST_POSITIONS, "AoaConfig.n_positions", rule, self.n_positions)
         require(
             self.n_azimuths >= 72 and self.n_azimuths % 72 == 0,
             "AoaConfig.n_azimuths",
