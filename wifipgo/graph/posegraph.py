@@ -70,13 +70,13 @@ class Edges:
                 measurement of another robot comes without what that robot told.
         """
         n = len(tail)
-        sigmas, weights = np.empty((n, 2)), np.empty(n)
-        sigmas[:], weights[:] = sigma, weight
+        sigmas, weights, given = np.empty((n, 2)), np.empty(n), np.asarray(weight)
+        sigmas[:], weights[:] = sigma, given
         if not np.isfinite(z).all():
             require(False, "Edges.z", "finite", z[~np.isfinite(z).all(axis=1)])
         require(bool(sigmas.min(initial=np.inf) > 0.0), "Edges.sigma", "> 0", sigma)
-        within = weights.min(initial=1.0) >= 0.0 and weights.max(initial=0.0) <= 1.0
-        require(bool(within), "Edges.weight", "in [0, 1]", weight)
+        within = bool(((given >= 0.0) & (given <= 1.0)).all())
+        require(within, "Edges.weight", "in [0, 1]", weight)
         if told is None:
             alone = not (tail[:, 0] != head[:, 0]).any()
             require(alone, "Edges.told", "given for edges between robots", told)

@@ -139,10 +139,17 @@ def carried(
         if modulation == _FASTEST:
             esnr = shown_db.take(able)
         else:
-            esnr = _flat_snr_db(_Places(*(column.take(able, axis=-1) for column in places)), modulation)
+            some = (
+                _Places(*(column.take(able, axis=-1) for column in places))
+                if len(able) < len(snr)
+                else places
+            )
+            esnr = _flat_snr_db(some, modulation)
         n_passed = needs_db.searchsorted(esnr, side="right")
-        rate[able] = np.where(n_passed > 0, rates.take(first - 1 + n_passed, mode="clip"), 0.0)
+        rate[able] = rates.take(first - 1 + n_passed, mode="clip") * (n_passed > 0)
         waits[able] = n_passed == 0
+        if not waits.any():
+            break
     return rate, shown_db
 
 
