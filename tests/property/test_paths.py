@@ -152,7 +152,8 @@ def test_opaque_boxes_leave_the_paths_that_cross_none(seed: int) -> None:
     opaque, open_ = scene.paths(penetration=False), scene.paths()
     for link in range(len(opaque.gain)):
         left = opaque.gain[link, opaque.order[link] >= 0]
-        assert np.isin(left, open_.gain[link]).all()
+        off = np.abs(left[:, None] - open_.gain[link]).min(axis=1, initial=np.inf)
+        assert (off <= 1e-13 * np.abs(left)).all()  # but for rounding: of few rays it is another
         assert np.count_nonzero(open_.order[link] == 0) == 1
     there = open_.order >= 0
     wavelengths = CARRIER_HZ * open_.delay_s[there]
