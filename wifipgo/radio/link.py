@@ -87,6 +87,10 @@ class _Places(NamedTuple):
     below: Int[np.ndarray, "subcarriers links"]
     beyond: Float32[np.ndarray, "subcarriers links"]
 
+    def only(self, links: Int[np.ndarray, " some"]) -> "_Places":
+        """Some of the links."""
+        return _Places(*(column.take(links, axis=-1) for column in self))
+
     @classmethod
     def of(cls, snr: Float[np.ndarray, "links subcarriers"]) -> "_Places":
         """Look SNRs up."""
@@ -139,11 +143,7 @@ def carried(
         if modulation == _FASTEST:
             esnr = shown_db.take(able)
         else:
-            some = (
-                _Places(*(column.take(able, axis=-1) for column in places))
-                if len(able) < len(snr)
-                else places
-            )
+            some = places if len(able) == len(snr) else places.only(able)
             esnr = _flat_snr_db(some, modulation)
         n_passed = needs_db.searchsorted(esnr, side="right")
         rate[able] = rates.take(first - 1 + n_passed, mode="clip") * (n_passed > 0)
