@@ -167,25 +167,26 @@ def observe(belief: Belief, scenario: Scenario) -> Float[np.ndarray, "robots num
     return out
 
 
-def _share(value: np.ndarray) -> np.ndarray:
-    return np.minimum(np.maximum(value, 0.0), _CEILING)
+def _capped(value: np.ndarray) -> np.ndarray:
+    """What is not negative anyway, within bounds."""
+    return np.minimum(value, _CEILING)
 
 
 def _put_own(out: np.ndarray, belief: Belief, scenario: Scenario) -> None:
     """Columns of `_OWN`."""
-    n, pose, t = scenario.n_robots, belief.estimate[:, -1], belief.t
-    robots, callee = np.arange(n), belief.calls.callee
+    pose, t, callee = belief.estimate[:, -1], belief.t, belief.calls.callee
     calling = callee != NOBODY
-    heard = calling & (belief.rate_mbit_s[robots, callee] > 0.0)
-    out[:, 0] = _share(belief.err / scenario.rendezvous.err_threshold)
+    out[:, 0] = _capped(belief.err / scenario.rendezvous.err_threshold)
     out[:, 1] = np.minimum((t - belief.last_met) / scenario.n_steps, 1.0)
     out[:, 2], out[:, 3] = np.cos(pose[:, 2]), np.sin(pose[:, 2])
     out[:, 4:6] = np.minimum(np.maximum(pose[:, :2] / scenario.arena.size_m, -1.0), 2.0)
     out[:, 6], out[:, 7] = calling, 0.0
-    out[callee[heard], 7] = 1.0
+    if calling.any():
+        heard = calling & (belief.rate_mbit_s[np.arange(len(callee)), callee] > 0.0)
+        out[callee[heard], 7] = 1.0
     out[:, 8] = min(t / scenario.n_steps, 1.0)
-    out[:, 9] = _share(spread_m(belief.covariance))
-    out[:, 10] = _share(spread_m(belief.recorded[:, -1]))
+    out[:, 9] = _capped(spread_m(belief.covariance))
+    out[:, 10] = _capped(spread_m(belief.recorded[:, -1]))
     out[:, 11:13] = np.minimum(np.maximum(belief.estimate[:, 0, :2] / scenario.arena.size_m, 0.0), 1.0)
     distance_m, bearing_rad = belief.sighted.T
     seen = distance_m > 0.0
@@ -202,11 +203,11 @@ def _put_slots(out: np.ndarray, belief: Belief, scenario: Scenario) -> None:
     out[..., 0] = 1.0
     out[..., 1] = np.minimum(np.maximum(belief.esnr_db.take(link) / 30.0, low), high)
     out[..., 2] = belief.rate_mbit_s.take(link) / band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s
-    out[..., 3] = _share(belief.discrepancy.take(link))
-    out[..., 4] = _share(belief.err.take(partner) / scenario.rendezvous.err_threshold)
+    out[..., 3] = _capped(belief.discrepancy.take(link))
+    out[..., 4] = _capped(belief.err.take(partner) / scenario.rendezvous.err_threshold)
     out[..., 5] = callee.take(partner) == robot
     out[..., 6] = callee[:, None] == partner
-    out[..., 7] = _share(belief.observed.take(link) / scenario.rendezvous.kappa)
+    out[..., 7] = _capped(belief.observed.take(link) / scenario.rendezvous.kappa)
     fine = belief.profile.reshape(*partner.shape, N_BINS, -1)
     each = (fine[..., k] for k in range(fine.shape[-1]))
     out[..., 8:] = functools.reduce(np.maximum, each)  # a short axis reduces slowly
