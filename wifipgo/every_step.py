@@ -85,7 +85,7 @@ class Memory:
 
     def __init__(self, cfg: RendezvousConfig) -> None:
         """Know nothing yet."""
-        self._doubts = GUARDS[cfg.outliers].loss == "huber"
+        self._doubts, self._careful = GUARDS[cfg.outliers].loss == "huber", False
         self._uses_told = THIRD_PARTY[cfg.third_party]
         self._n_times, self._n_edges, self._n_pings, self._told = 0, 0, 0, _NOTHING_TOLD
         self._sent, self._since = np.zeros((0, 0), dtype=np.int64), np.zeros(0, dtype=np.int64)
@@ -112,6 +112,24 @@ class Memory:
             sent: How many poses of robot j, with what was measured there, robot i was sent.
             pings: Directions of robots far away, and where these said they were; new ones come last.
         """
+        measured = (edges, bearings, pings)
+        try:
+            return self._solved(estimate, covariance, measured, sent)
+        except RuntimeError:  # singular to working precision: noise of one kind far below that of the other
+            if self._careful:
+                raise
+            self._careful, self._n_times = True, -1
+            return self._solved(estimate, covariance, measured, sent)
+
+    def _solved(
+        self,
+        estimate: Float[np.ndarray, "robots times 3"],
+        covariance: Float[np.ndarray, "robots 3 3"],
+        measured: tuple[Edges, Bearings, Pings],
+        sent: Int[np.ndarray, "robots robots"],
+    ) -> Smoothed:
+        """Solve, anew if what is known does not follow what was."""
+        edges, bearings, pings = measured
         n, n_times = estimate.shape[:2]
         if n_times != self._n_times + 1 or n_times == 1:
             self._begin(n)
@@ -141,7 +159,7 @@ class Memory:
         return Smoothed(solved, covariance)
 
     def _begin(self, n_robots: int) -> None:
-        self._smoothers = Smoothers(n_robots, doubts=self._doubts)
+        self._smoothers = Smoothers(n_robots, doubts=self._doubts, careful=self._careful)
         self._sent = np.zeros((n_robots, n_robots), dtype=np.int64)
         self._n_pings = 0
         self._n_edges, self._since = 0, np.zeros(n_robots, dtype=np.int64)

@@ -7,7 +7,7 @@ import pytest
 
 from wifipgo.chance import Streams
 from wifipgo.errors import UnknownNameError
-from wifipgo.graph import ate_trans, residual_error, solve
+from wifipgo.graph import Smoothers, ate_trans, residual_error, solve
 from wifipgo.graph.by_robots import solve_by_robots
 from wifipgo.loop import advance, start
 from wifipgo.meetings import BYTES_PER_PING
@@ -150,3 +150,20 @@ def test_covariance_grows_on_the_way_and_falls_at_a_meeting() -> None:
 def test_what_does_not_go_together_is_refused(wrong: dict[str, Any], says: str) -> None:
     with pytest.raises((ValueError, UnknownNameError), match=says):
         RendezvousConfig(**wrong)
+
+
+def test_headings_that_are_hardly_known_are_solved_with_more_digits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Positions to a millimetre and headings to a radian: Cholesky's factors lose all their digits."""
+    careful = []
+
+    def noted(n_robots: int, **options: bool) -> Smoothers:
+        careful.append(options.get("careful", False))
+        return Smoothers(n_robots, **options)
+
+    monkeypatch.setattr("wifipgo.every_step.Smoothers", noted)
+    monkeypatch.setitem(SMALL, "size_m", 20.0)
+    belief = episode(n_steps=25, n_robots=3, estimator="every_step", sigma_t_m=0.0, sigma_r_rad=1.2).belief
+    assert careful[-1]
+    assert not careful[0]
+    assert np.isfinite(belief.estimate).all()
+    assert np.isfinite(belief.covariance).all()
