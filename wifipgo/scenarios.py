@@ -57,7 +57,6 @@ class Scenario:
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything together."""
-        require(bool(self.name.strip()), "Scenario.name", "not empty: files are called by it", self.name)
         require(self.n_robots >= 2, "Scenario.n_robots", ">= 2", self.n_robots)
         most = f"at most {_MOST_ROBOTS}, as each has a link to each"
         require(self.n_robots <= _MOST_ROBOTS, "Scenario.n_robots", most, self.n_robots)

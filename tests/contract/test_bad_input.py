@@ -50,7 +50,6 @@ def test_bad_actions_name_the_agent(actions: object, message: str) -> None:
         ({"n_slots": 2}, r"n_slots must be in 1..1"),
         ({"n_obstacles": 2.5}, r"n_obstacles must be of type int"),
         ({"n_robots": 10**9}, r"Scenario.n_robots must be at most 1000.*got 1000000000"),
-        ({"name": " "}, r"Scenario.name must be not empty.*got ' '"),
         ({"size_m": 1e100}, r"ArenaConfig.size_m must be at most 2000, got 1e\+100"),
         ({"size_m": 10**400}, r"size_m must be finite"),
         ({"n_substeps": 10**9}, r"ArenaConfig.n_substeps must be at most 10000"),
