@@ -13,6 +13,7 @@ import functools
 import numpy as np
 from jaxtyping import Float, Shaped
 
+from baselines._walks import safe_lengths
 from envs.rendezvous_v0 import bin_azimuths, layout
 from wifipgo.errors import pick
 from wifipgo.scenarios import Scenario
@@ -20,8 +21,6 @@ from wifipgo.world.lidar import N_LIDAR_RAYS
 
 # Distances, in step lengths, at which a direction is asked how much would be new there.
 _REACHES = (1.0, 2.0, 3.0, 5.0, 8.0)
-# What is left between the robot and what a ray hits, in steps.
-_ROOM_AHEAD_STEPS = 0.15
 # Free way beyond this many steps is all the same.
 _FREE_STEPS = 2.0
 # Numbers of one direction, of which the lidar has three, and of the robot as a whole.
@@ -65,17 +64,18 @@ class Rays:
         to_start = self._steps_per_room * (self._block(rows, "own/start") - self._block(rows, "own/position"))
         home_steps, home_rad = np.hypot(*to_start.T), np.arctan2(*to_start.T[::-1]) - heading_rad
         new = self._new(rows)
-        whole = np.concatenate([self._whole(rows, home_steps), new.mean(axis=(1, 2))[:, None]], axis=1)
+        slot = self._heeded(rows)
+        whole = [self._whole(rows, home_steps, slot), new.mean(axis=(1, 2))[:, None]]
         blocks = [*self._free(rows), *self._ahead(rows, new, heading_rad)]
-        blocks += [*_homeward(home_rad, home_steps), *self._heard(rows)]
-        return np.concatenate([whole, *blocks], axis=1, dtype=np.float32, casting="same_kind")
+        blocks += [*_homeward(home_rad, home_steps), *self._heard(rows, slot)]
+        return np.concatenate([*whole, *blocks], axis=1, dtype=np.float32, casting="same_kind")
 
     def commands(self, answers: Shaped[np.ndarray, "rows 2"], rows: Rows) -> Actions:
         """Drive along the chosen ray as far as a step or what is in the way allows; call or not."""
         ray, call = np.asarray(answers).T
         stays = ray == STAY
-        ahead = self._free_steps(rows)[np.arange(len(rows)), np.where(stays, 0, ray)]
-        length = np.where(stays, 0.0, np.clip(ahead - _ROOM_AHEAD_STEPS, 0.0, 1.0))
+        ahead = safe_lengths(self._free_steps(rows))[np.arange(len(rows)), np.where(stays, 0, ray)]
+        length = np.where(stays, 0.0, ahead)
         angle_rad = ray_azimuths()[np.where(stays, 0, ray)]
         columns = [length * np.cos(angle_rad), length * np.sin(angle_rad), np.where(call > 0, 1.0, -1.0)]
         return np.stack(columns, axis=1).astype(np.float32)
@@ -89,31 +89,31 @@ class Rays:
     def _block(self, rows: Rows, name: str) -> np.ndarray:
         return rows[:, pick(self._fields, name, "block of the observation").where].astype(np.float64)
 
-    def _slot(self, rows: Rows, name: str) -> np.ndarray:
-        """A block of one neighbour: one that calls, and of several the one that is heard best."""
-        slots = np.stack([self._block(rows, f"slot{k}/{name}") for k in range(self._n_slots)], axis=1)
-        if self._n_slots == 1:
-            return slots[:, 0]
-        heard = [
-            self._block(rows, f"slot{k}/{what}")
-            for what in ("calls_me", "present", "esnr")
-            for k in range(self._n_slots)
-        ]
-        calls, present, esnr = np.moveaxis(np.reshape(heard, (3, self._n_slots, -1)), 1, 2)
-        return slots[np.arange(len(rows)), (100.0 * calls + 10.0 * present + esnr).argmax(axis=1)]
+    def _slots(self, rows: Rows, name: str) -> np.ndarray:
+        """A block of every neighbour, (rows, slots, numbers)."""
+        return np.stack([self._block(rows, f"slot{k}/{name}") for k in range(self._n_slots)], axis=1)
 
-    def _whole(self, rows: Rows, home_steps: np.ndarray) -> np.ndarray:
+    def _heeded(self, rows: Rows) -> np.ndarray:
+        """Slot of one neighbour: one that calls, and of several the one that is heard best."""
+        calls, present, esnr = (self._slots(rows, name)[..., 0] for name in ("calls_me", "present", "esnr"))
+        return (100.0 * calls + 10.0 * present + esnr).argmax(axis=1)
+
+    def _slot(self, rows: Rows, name: str, slot: np.ndarray) -> np.ndarray:
+        """A block of the neighbour in one slot."""
+        return self._slots(rows, name)[np.arange(len(rows)), slot]
+
+    def _whole(self, rows: Rows, home_steps: np.ndarray, slot: np.ndarray) -> np.ndarray:
         """Numbers of the robot; errors on a scale that tells 0.5 from 1 and 5 from 10."""
         own = {name: self._block(rows, f"own/{name}")[:, 0] for name in _OWN}
-        slot = {name: self._slot(rows, name)[:, 0] for name in _SLOT}
-        for block in (own, slot):
+        other = {name: self._slot(rows, name, slot)[:, 0] for name in _SLOT}
+        for block in (own, other):
             block["err"] = np.log1p(block["err"])
         for name in ("spread", "recorded_spread"):
             own[name] = np.log1p(4.0 * own[name])
         gain = np.maximum(own["spread"] - own["recorded_spread"], 0.0)
-        worse = own["err"] - slot["err"]
+        worse = own["err"] - other["err"]
         left = home_steps / np.maximum(50.0 * (1.0 - own["elapsed"]), 1.0)
-        return np.stack([*own.values(), *slot.values(), gain, worse, home_steps / 5.0, left], axis=1)
+        return np.stack([*own.values(), *other.values(), gain, worse, home_steps / 5.0, left], axis=1)
 
     def _free_steps(self, rows: Rows) -> np.ndarray:
         return self._steps_per_range * self._block(rows, "lidar")
@@ -139,9 +139,9 @@ class Rays:
         here = self._block(rows, "own/position")[:, None]
         return [_sampled(gain, side * (here + reach * unit)) for reach in _REACHES]
 
-    def _heard(self, rows: Rows) -> list[np.ndarray]:
+    def _heard(self, rows: Rows, slot: np.ndarray) -> list[np.ndarray]:
         """The neighbour's signal from each direction, and a robot in sight there."""
-        profile = self._slot(rows, "profile")
+        profile = self._slot(rows, "profile", slot)
         loudest = np.maximum(profile.max(axis=1, keepdims=True), 1e-9)
         sector = np.rint(bin_azimuths() / (2.0 * np.pi / N_LIDAR_RAYS)).astype(np.int64) % N_LIDAR_RAYS
         heard = np.stack([profile[:, sector == k].max(axis=1) for k in range(N_LIDAR_RAYS)], axis=1)

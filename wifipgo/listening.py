@@ -15,7 +15,7 @@ from wifipgo.radio.impairments import Standing
 from wifipgo.rendezvous import NOBODY, Calls, choose_slots
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief
-from wifipgo.world.sensing import RelativePoses
+from wifipgo.world.sensing import RelativePoses, indices
 
 _LEAST_M2 = 1e-4  # variance of a place that its robot takes for certain: 1 cm
 
@@ -133,7 +133,7 @@ def pings_of(heard: Listening, belief: Belief, scenario: Scenario) -> Pings:
     loud = peaks.height[:, 0] > 0.0
     robot, other = robot[loud], heard.slots[robot, slot][loud]
     return Pings(
-        observer=np.stack([robot, np.full_like(robot, belief.t)], axis=1),
+        observer=indices(robot, belief.t),
         azimuth_rad=peaks.azimuth_rad[loud, 0],
         sigma_rad=np.full(len(robot), scenario.rendezvous.aoa_sigma_rad),
         point_m=belief.estimate[other, -1, :2],

@@ -50,6 +50,7 @@ from wifipgo.world.coverage import empty_map, reveal
 from wifipgo.world.layout import random_layout
 from wifipgo.world.lidar import N_LIDAR_RAYS, scan
 from wifipgo.world.sensing import (
+    indices,
     observe_own_places,
     observe_robots,
     odometry,
@@ -158,10 +159,8 @@ def _dead_reckoned(
     Returns:
         What is believed then, and the odometry, which is not among its measurements yet.
     """
-    n, t = len(motion), belief.t
+    n, tail = len(motion), indices(np.arange(len(motion)), belief.t)
     sigma = scenario.sensing.stated_sigmas(n)
-    tail = np.empty((n, 2), dtype=np.int64)
-    tail[:, 0], tail[:, 1] = np.arange(n), t
     before = belief.estimate[:, -1]
     now = se2.compose(before, motion)
     covariances = np.concatenate([belief.covariance[None], belief.recorded[None, :, -1]])

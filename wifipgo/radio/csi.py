@@ -107,7 +107,8 @@ def _antenna_places(antennas_m: Iterable[Sequence[float]]) -> tuple[tuple[float,
 def _phasors(angle_rad: Float32[np.ndarray, "*shape"]) -> Complex64[np.ndarray, "*shape"]:
     """exp(j angle) in single precision, ten times faster than the complex exponential."""
     out = np.empty(angle_rad.shape, dtype=np.complex64)
-    out.real, out.imag = np.cos(angle_rad), np.sin(angle_rad)
+    np.cos(angle_rad, out=out.real)
+    np.sin(angle_rad, out=out.imag)
     return out
 
 
@@ -115,21 +116,15 @@ def subcarrier_phasors(
     delay_s: Float[np.ndarray, "links paths"], *, bandwidth_hz: float = 20e6
 ) -> Complex[np.ndarray, "links paths subcarriers"]:
     """Phase that each path's delay adds at each reported subcarrier, relative to the carrier."""
-    angle_rad = _subcarrier_angles(delay_s, bandwidth_hz)
-    out = np.empty(angle_rad.shape, dtype=np.complex64)
-    np.cos(angle_rad, out=out.real)
-    np.sin(angle_rad, out=out.imag)
-    return out
+    turns = _within_a_turn(-SUBCARRIER_SPACING_HZ * delay_s)
+    each_rad = np.multiply(2.0 * np.pi, turns, dtype=np.float32, casting="same_kind")
+    return _phasors(each_rad[..., None] * _subcarriers_f32(bandwidth_hz))
 
 
-def _subcarrier_angles(
-    delay_s: Float[np.ndarray, "links paths"], bandwidth_hz: float
-) -> Float32[np.ndarray, "links paths subcarriers"]:
-    """Phase in single precision, rad; whole turns between neighbours would cost it its digits."""
-    turns = -SUBCARRIER_SPACING_HZ * delay_s
+def _within_a_turn(turns: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
+    """Turns without whole ones, which would cost single precision its digits; in place."""
     turns -= np.rint(turns)
-    each = np.multiply(2.0 * np.pi, turns, dtype=np.float32, casting="same_kind")
-    return each[..., None] * _subcarriers_f32(bandwidth_hz)
+    return turns
 
 
 @functools.lru_cache(maxsize=len(BANDS))
@@ -155,8 +150,7 @@ def _channel_by_doubling(paths: Paths, bandwidth_hz: float) -> Complex[np.ndarra
     """
     combs = _combs(bandwidth_hz)
     turns = combs.indices[:, None, None] * (-SUBCARRIER_SPACING_HZ * paths.delay_s.T)
-    turns -= np.rint(turns)  # whole turns would cost single precision its digits
-    *firsts, power = _phasors((2.0 * np.pi * turns).astype(np.float32))
+    *firsts, power = _phasors((2.0 * np.pi * _within_a_turn(turns)).astype(np.float32))
     gain, powers = paths.gain.T.astype(np.complex64), [power]
     each = np.empty((combs.ends[-1], *gain.shape), dtype=np.complex64)
     for first, start, end in zip(firsts, (0, *combs.ends), combs.ends, strict=False):
@@ -280,8 +274,7 @@ def array_csi(
     n_links, n_antennas, n_positions, _ = offset_m.shape
     towards = np.stack([np.cos(paths.azimuth_rx_rad), np.sin(paths.azimuth_rx_rad)], axis=1)
     turns = offset_m.reshape(n_links, n_antennas * n_positions, 2) @ towards / wavelength_m
-    turns -= np.rint(turns)  # whole turns would cost single precision its digits
-    arriving = _phasors((2.0 * np.pi * turns).astype(np.float32))
+    arriving = _phasors((2.0 * np.pi * _within_a_turn(turns)).astype(np.float32))
     arriving *= paths.gain.astype(np.complex64)[:, None, :]
     channel = np.matmul(arriving, subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz))
     return channel.reshape(n_links, n_antennas, n_positions, channel.shape[-1])

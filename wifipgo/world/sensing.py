@@ -213,10 +213,12 @@ def observe_robots(
     if not len(i):
         return _NOTHING
     z = noisy(se2.between(poses[i], poses[j]), cfg.sigmas(n)[i], noise)
-    return RelativePoses(_at(i, t), _at(j, t), z, cfg.stated_sigmas(n)[i], is_outlier)
+    return RelativePoses(indices(i, t), indices(j, t), z, cfg.stated_sigmas(n)[i], is_outlier)
 
 
-def _at(robot: Int[np.ndarray, " poses"], t: Int[np.ndarray, " poses"] | int) -> Int[np.ndarray, "poses 2"]:
+def indices(
+    robot: Int[np.ndarray, " poses"], t: Int[np.ndarray, " poses"] | int
+) -> Int[np.ndarray, "poses 2"]:
     """Indices (robot, iteration) of poses."""
     out = np.empty((len(robot), 2), dtype=np.int64)
     out[:, 0], out[:, 1] = robot, t
@@ -246,5 +248,5 @@ def observe_own_places(
     if not len(robot):
         return _NOTHING
     z = noisy(se2.between(now[robot], old), cfg.sigmas(n)[robot], unit[robot])
-    tail, head = _at(robot, t), _at(robot, near[robot])
+    tail, head = indices(robot, t), indices(robot, near[robot])
     return RelativePoses(tail, head, z, cfg.stated_sigmas(n)[robot], np.zeros(len(robot), dtype=bool))
