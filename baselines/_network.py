@@ -18,7 +18,7 @@ from jaxtyping import Float
 
 from baselines._rays import N_WHOLE
 from envs.rendezvous_v0 import layout
-from wifipgo.errors import require
+from wifipgo.errors import BadInputError, require
 from wifipgo.scenarios import Scenario
 from wifipgo.whole_files import appearing
 from wifipgo.world.lidar import N_LIDAR_RAYS
@@ -103,7 +103,7 @@ def load_network(path: Path) -> Network:
             stem = key.removesuffix("/weight")
             nets.setdefault(key.split("/")[0], []).append(Layer(arrays[key], arrays[f"{stem}/bias"]))
     except (ValueError, KeyError, EOFError, TypeError, AttributeError, BadZipFile) as problem:
-        raise ValueError(
+        raise BadInputError(
             f"{path} is no trained policy (an .npz that training exports): {problem}"
         ) from problem
     require(notes.get("format") == FORMAT, f"format of {path}", f"{FORMAT}", notes.get("format"))
@@ -162,4 +162,4 @@ def refuse_other_layout(network: Network, scenario: Scenario, where: str, *, rea
     what = f"{len(names)} blocks of the observation differ, the first is {name!r}: "
     sizes = f"{there.get(name, 'absent')} in training, {now.get(name, 'absent')} in {scenario.name!r}"
     trained = network.scenario.get("name")
-    raise ValueError(f"{where} was trained on {trained!r}, whose layout is another; {what}{sizes}")
+    raise BadInputError(f"{where} was trained on {trained!r}, whose layout is another; {what}{sizes}")

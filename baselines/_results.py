@@ -18,7 +18,7 @@ import pandas as pd
 from baselines._episodes import Episode
 from baselines._plan import differences, read_record
 from baselines._statistics import Summary
-from wifipgo.errors import require
+from wifipgo.errors import BadInputError, require
 from wifipgo.whole_files import write_json
 
 PICTURES = ("err.png", "arena.png")
@@ -48,7 +48,7 @@ def claim(out: Path, record: Mapping[str, Any], *, overwrite: bool, resume: bool
         n_done = len(list(partial.glob("*.npz")))
         if not overwrite:
             kept = f"{partial} holds {n_done} episodes of an interrupted run"
-            raise ValueError(f"{kept}: --resume continues it, --overwrite starts over")
+            raise BadInputError(f"{kept}: --resume continues it, --overwrite starts over")
         _remove(partial)
     if partial.exists():
         _same(partial, record)
@@ -82,7 +82,7 @@ def refuse_other(saved: Path, record: Mapping[str, Any], rule: str) -> None:
     differing = list(differences(there, here))
     if differing:
         fields = "; ".join(f"{name} ({old!r} there, {new!r} now)" for name, old, new in differing[:3])
-        raise ValueError(f"{rule}: {saved} differs in {fields}")
+        raise BadInputError(f"{rule}: {saved} differs in {fields}")
 
 
 def _remove(partial: Path) -> None:

@@ -13,7 +13,7 @@ from envs import _observation
 from envs._render_config import DEFAULT_HEIGHT_PX, RENDER_MODES, RenderConfig, check_render_mode
 from envs._reward import REWARDS, Outcome
 from wifipgo.chance import Streams
-from wifipgo.errors import pick, require
+from wifipgo.errors import BadInputError, pick, require
 from wifipgo.graph import ate_rot, ate_trans
 from wifipgo.loop import advance, start
 from wifipgo.mapped import first_map, updated_map
@@ -265,7 +265,7 @@ def _commands(actions: Mapping[str, Any], agents: list[str]) -> Commands:
         require(False, f"actions[{name!r}]", f"for one of {agents}", name)
     for agent in agents:
         if agent not in actions:
-            raise ValueError(f"actions[{agent!r}] must be given: one action for each live agent")
+            raise BadInputError(f"actions[{agent!r}] must be given: one action for each live agent")
     try:
         rows = np.array([actions[agent] for agent in agents])
     except (TypeError, ValueError):
@@ -274,7 +274,7 @@ def _commands(actions: Mapping[str, Any], agents: list[str]) -> Commands:
         _refuse_shapes(actions, agents)
     if not np.isfinite(rows).all():
         first = int(np.isfinite(rows).all(axis=1).argmin())
-        raise ValueError(f"actions[{agents[first]!r}] must be finite, got {rows[first].tolist()}")
+        raise BadInputError(f"actions[{agents[first]!r}] must be finite, got {rows[first].tolist()}")
     rows = np.minimum(np.maximum(rows.astype(np.float64), -1.0), 1.0)
     return Commands(rows[:, :2], rows[:, 2] > 0.0)
 
@@ -289,4 +289,4 @@ def _refuse_shapes(actions: Mapping[str, Any], agents: list[str]) -> NoReturn:
         require(shape == (3,), f"actions[{agent!r}]", "of shape (3,)", shape)
         real = np.array(actions[agent]).dtype.kind in _REAL
         require(real, f"actions[{agent!r}]", "three numbers", actions[agent])
-    raise ValueError(f"actions must be three numbers each, got {dict(actions)}")
+    raise BadInputError(f"actions must be three numbers each, got {dict(actions)}")

@@ -17,7 +17,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from baselines._network import Network, load_network, plain, refuse_other_layout
 from baselines._plan import differences
-from wifipgo.errors import require
+from wifipgo.errors import BadInputError, require
 from wifipgo.scenarios import Scenario
 from wifipgo.whole_files import write_json
 
@@ -126,4 +126,4 @@ def refuse_other_scenario(saved: Mapping[str, Any], now: Mapping[str, Any], wher
     rows = [row for row in differences(saved, now) if row[0] not in ignored]
     fields = "; ".join(f"{name} ({old!r} there, {new!r} now)" for name, old, new in rows[:3])
     if rows:
-        raise ValueError(f"{where} is a checkpoint of another scenario, {saved.get('name')!r}: {fields}")
+        raise BadInputError(f"{where} is a checkpoint of another scenario, {saved.get('name')!r}: {fields}")

@@ -9,7 +9,7 @@ import tyro
 import yaml
 
 from train._config import TrainConfig
-from wifipgo.errors import UnknownNameError, require
+from wifipgo.errors import BadInputError, UnknownNameError, require
 from wifipgo.settings import fitted
 
 # What may change when a run is continued; ``ppo.agent_steps`` says how far to go.
@@ -43,16 +43,16 @@ def read_yaml(path: Path) -> TrainConfig:
     try:
         values = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
     except (yaml.YAMLError, UnicodeDecodeError) as problem:
-        raise ValueError(f"{path} is not YAML: {problem}") from problem
+        raise BadInputError(f"{path} is not YAML: {problem}") from problem
     require(isinstance(values, Mapping), str(path), "keys and values", values)
     try:
         return _filled(TrainConfig(), values, "")
     except UnknownNameError as problem:
         if problem.kind != _KEY:
-            raise ValueError(f"{path}: {problem}") from problem
+            raise BadInputError(f"{path}: {problem}") from problem
         raise UnknownNameError(f"key in {path}:", problem.name, problem.known) from problem
     except ValueError as problem:
-        raise ValueError(f"{path}: {problem}") from problem
+        raise BadInputError(f"{path}: {problem}") from problem
 
 
 def _filled(default: Any, values: Mapping[str, Any], where: str) -> Any:

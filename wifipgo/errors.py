@@ -1,5 +1,6 @@
 """The few failures that a caller can act on, and the checks that raise them."""
 
+import reprlib
 from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
@@ -8,7 +9,18 @@ import numpy as np
 T = TypeVar("T")
 
 
-class UnknownNameError(ValueError):
+_QUOTED_CHARACTERS = 300
+
+
+class BadInputError(ValueError):
+    """What the user gave cannot be used; the message names the field, the rule and the value got."""
+
+
+class NumericalError(RuntimeError):
+    """A computation that failed on input that was well formed; names the pose and the measurement."""
+
+
+class UnknownNameError(BadInputError):
     """A name that nothing answers to; the message lists those that exist."""
 
     def __init__(self, kind: str, name: object, known: Iterable[str]) -> None:
@@ -21,11 +33,11 @@ class UnknownNameError(ValueError):
         return type(self), (self.kind, self.name, self.known)
 
 
-class MissingExtraError(ValueError):
+class MissingExtraError(BadInputError):
     """Something was asked for that needs packages that are not installed; names their extra."""
 
 
-class RecordingError(ValueError):
+class RecordingError(BadInputError):
     """A CSI recording that cannot be read; says at which byte and what was expected."""
 
     def __init__(self, source: str, offset: int, expected: str, got: str) -> None:
@@ -39,7 +51,7 @@ class RecordingError(ValueError):
         return type(self), self._given
 
 
-class GraphFileError(ValueError):
+class GraphFileError(BadInputError):
     """A pose graph file that cannot be read; says in which line and what was expected."""
 
     def __init__(self, source: str, line: int, expected: str, got: str) -> None:
@@ -62,6 +74,22 @@ def pick(table: Mapping[str, T], name: object, kind: str) -> T:
 
 
 def require(holds: bool | np.bool_, field: str, rule: str, value: object) -> None:
-    """Raise `ValueError` naming the field, the rule and the value unless ``holds``."""
+    """Raise `BadInputError` naming the field, the rule and the value unless ``holds``."""
     if not holds:
-        raise ValueError(f"{field} must be {rule}, got {value!r}")
+        raise BadInputError(f"{field} must be {rule}, got {quoted(value)}")
+
+
+def quoted(value: object) -> str:
+    """A value as it is printed in a message: whole if short, with its middle left out if long.
+
+    A few hundred bytes of YAML with aliases can spell out to gigabytes, so the value is
+    never spelled out first and cut afterwards.
+    """
+    return _QUOTER.repr(value)
+
+
+_QUOTER = reprlib.Repr()
+_QUOTER.maxlevel = 4
+_QUOTER.maxdict = _QUOTER.maxlist = _QUOTER.maxtuple = _QUOTER.maxset = _QUOTER.maxfrozenset = 40
+_QUOTER.maxstring = _QUOTER.maxother = _QUOTED_CHARACTERS
+_QUOTER.maxlong = 80

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from wifipgo.errors import UnknownNameError, require
+from wifipgo.errors import BadInputError, UnknownNameError, require
 
 SUFFIX = ".toml"
 BASE = "base"
@@ -25,7 +25,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except ValueError as problem:  # a broken encoding too
-        raise ValueError(f"{path} is not TOML: {problem}") from problem
+        raise BadInputError(f"{path} is not TOML: {problem}") from problem
 
 
 def flattened(values: Mapping[str, Any], owners: Mapping[str, str], where: str) -> dict[str, Any]:

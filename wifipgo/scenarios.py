@@ -9,7 +9,7 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from wifipgo.errors import UnknownNameError, pick, require
+from wifipgo.errors import BadInputError, UnknownNameError, pick, require
 from wifipgo.radio.aoa import AoaConfig
 from wifipgo.radio.bands import band_of
 from wifipgo.radio.csi import RadioConfig
@@ -256,7 +256,7 @@ def scenario_from(values: Mapping[str, Any], where: str, *, above: tuple[Path, .
         source = f"{base.source} Ours, from {path.name}: {', '.join(flat) or 'nothing else'}."
         return base.with_overrides(**{"name": path.stem, "source": source} | flat)
     except ValueError as problem:
-        raise ValueError(f"{where}: {problem}") from problem
+        raise BadInputError(f"{where}: {problem}") from problem
 
 
 def scenario_toml(scenario: Scenario) -> str:

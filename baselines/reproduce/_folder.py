@@ -13,7 +13,7 @@ from typing import Any
 
 from baselines._plan import differences
 from baselines._results import is_done
-from wifipgo.errors import require
+from wifipgo.errors import BadInputError, require
 from wifipgo.whole_files import write_json
 
 CONFIG, CLAIMS, PAGE, EPISODES, FAILURES = (
@@ -66,7 +66,7 @@ def _refuse_other(there: Mapping[str, Any], record: Mapping[str, Any], out: Path
     differing = list(differences(dict(there), {"kind": _KIND, **record}))
     if differing:
         fields = "; ".join(f"{name} ({old!r} there, {new!r} now)" for name, old, new in differing[:3])
-        raise ValueError(f"to go on, a run must stay the same: {out / CONFIG} differs in {fields}")
+        raise BadInputError(f"to go on, a run must stay the same: {out / CONFIG} differs in {fields}")
 
 
 def _remove(out: Path) -> None:

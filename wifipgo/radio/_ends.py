@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
+from wifipgo.errors import BadInputError
 from wifipgo.radio.outline import off_limits
 from wifipgo.radio.surfaces import Surfaces
 from wifipgo.segments import distance_to_segments
@@ -40,11 +41,13 @@ def _check_links(ends: Float[np.ndarray, "2 3 links"]) -> None:
     if not np.isfinite(ends).all():
         end, index = np.argwhere(~np.isfinite(ends).all(axis=1))[0]
         got = ends[end, :2, index].tolist()
-        raise ValueError(f"{_NAMES[end]} must be finite, got {got} at link {index}")
+        raise BadInputError(f"{_NAMES[end]} must be finite, got {got} at link {index}")
     apart = (np.abs(ends[0] - ends[1]) > SHORTEST_LINK_M).any(axis=0)
     if not apart.all():
         index = np.argmin(apart)
-        raise ValueError(f"tx_m and rx_m must differ, both are {ends[0, :2, index].tolist()} at link {index}")
+        raise BadInputError(
+            f"tx_m and rx_m must differ, both are {ends[0, :2, index].tolist()} at link {index}"
+        )
 
 
 def _misplaced(
@@ -69,7 +72,7 @@ def _put_in_front(
     deep = depth_m.min(axis=1) > TOUCH_M
     if deep.any():
         worst = np.argmax(deep)
-        raise ValueError(
+        raise BadInputError(
             f"{_NAMES[side[worst]]} must be inside the room and outside obstacles, got "
             f"{points_m[worst].tolist()} at link {link[worst]}, "
             f"{depth_m[worst].min():.3g} m from the nearest face"

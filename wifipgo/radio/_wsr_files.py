@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from wifipgo.errors import BadInputError
+
 MOVED_M = 0.006  # the receiver moves from when to when any coordinate is this far from its rest
 
 
@@ -28,7 +30,7 @@ def read_motion(path: Path) -> Motion:
     left = np.flatnonzero(np.any(np.abs(position_m - position_m[:1]) > MOVED_M, axis=1))
     arriving = np.flatnonzero(np.any(np.abs(position_m - position_m[-1:]) > MOVED_M, axis=1))
     if len(left) == 0 or arriving[-1] <= left[0]:
-        raise ValueError(f"{path}: the receiver never moves more than {1e3 * MOVED_M:.0f} mm")
+        raise BadInputError(f"{path}: the receiver never moves more than {1e3 * MOVED_M:.0f} mm")
     return Motion(time_s[left[0] : arriving[-1]], position_m[left[0] : arriving[-1]])
 
 
@@ -38,9 +40,9 @@ def _trajectory(path: Path) -> Motion:
     try:
         table = np.loadtxt(lines or ["no samples"], delimiter=",", usecols=range(5), ndmin=2)
     except ValueError as error:
-        raise ValueError(f"{path}: not a table of time and position: {error}") from error
+        raise BadInputError(f"{path}: not a table of time and position: {error}") from error
     if not np.isfinite(table).all():
-        raise ValueError(f"{path}: times and positions must be finite numbers")
+        raise BadInputError(f"{path}: times and positions must be finite numbers")
     time_s = table[:, 0] + 1e-9 * table[:, 1]
     order = np.argsort(time_s, kind="stable")
     return Motion(time_s[order], table[order, 2:])
@@ -64,13 +66,13 @@ def from_json(text: str, path: Path) -> Any:
     try:
         return json.loads(text)
     except json.JSONDecodeError as error:
-        raise ValueError(f"{path}: not JSON: {error}") from error
+        raise BadInputError(f"{path}: not JSON: {error}") from error
 
 
 def entry(table: Any, key: str, path: Path) -> Any:
     """What a table of a file holds under a key, or an error that names both."""
     if not isinstance(table, dict) or key not in table:
-        raise ValueError(f"{path}: no key {key!r}")
+        raise BadInputError(f"{path}: no key {key!r}")
     return table[key]
 
 
@@ -78,5 +80,5 @@ def number(table: Any, key: str, path: Path) -> float:
     """A number that a table of a file holds under a key."""
     value = entry(table, key, path)
     if not isinstance(value, int | float):
-        raise ValueError(f"{path}: key {key!r} must hold a number, got {value!r}")
+        raise BadInputError(f"{path}: key {key!r} must hold a number, got {value!r}")
     return float(value)

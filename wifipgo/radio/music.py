@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
-from wifipgo.errors import require
+from wifipgo.errors import BadInputError, require
 from wifipgo.radio.bartlett import bartlett_profiles
 
 
@@ -50,7 +50,7 @@ def _check_rank(rank: Int[np.ndarray, " links"], n_paths: int) -> None:
     short = (rank > 0) & (rank <= n_paths) & (n_paths > 1)
     if short.any():
         link = int(short.argmax())
-        raise ValueError(
+        raise BadInputError(
             f"n_paths must be 1 or less than the rank of the covariance, "
             f"got {n_paths} at rank {rank[link]} of link {link}"
         )

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.optimize import linear_sum_assignment
 
-from wifipgo.errors import pick, require
+from wifipgo.errors import BadInputError, pick, require
 from wifipgo.radio.materials import MATERIALS, Material, Slab
 from wifipgo.radio.paths import Paths, Surfaces, surfaces_of, trace_paths
 from wifipgo.se2 import wrap_angle
@@ -91,7 +91,7 @@ def read_references(path: Path) -> list[Reference]:
         return list(pick(_READERS, content["format"], "format")(content))
     except (ValueError, KeyError, TypeError, IndexError) as error:
         said = f"{error.args[0]!r} is missing" if isinstance(error, KeyError) else str(error)
-        raise ValueError(f"{path.name}: {said}") from error
+        raise BadInputError(f"{path.name}: {said}") from error
 
 
 def traced(reference: Reference) -> Paths:

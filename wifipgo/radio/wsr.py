@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int, Shaped
 
-from wifipgo.errors import RecordingError, pick
+from wifipgo.errors import BadInputError, RecordingError, pick
 from wifipgo.radio._wsr_files import Motion, entry, first_file, from_json, number, read_motion, some_files
 from wifipgo.radio.intel5300 import HOST_STAMPED, N_SUBCARRIERS, CsiLog, read_csi_log
 from wifipgo.radio.materials import SPEED_OF_LIGHT_M_S
@@ -69,7 +69,7 @@ def read_links(path: Path) -> list[Link]:
     """
     links = [link for part in _parts(path) for link in part]
     if not links:
-        raise ValueError(f"{path}: no links in it")
+        raise BadInputError(f"{path}: no links in it")
     return links
 
 
@@ -100,7 +100,7 @@ def read_pack(path: Path) -> list[Link]:
         raise RecordingError(str(path), 0, "a whole .npz pack", str(error) or "a cut file") from error
     links = from_json(str(entry(arrays, "meta", path)), path)
     if not isinstance(links, list):
-        raise ValueError(f"{path}: key 'meta' is not a list of links")
+        raise BadInputError(f"{path}: key 'meta' is not a list of links")
     return [_packed_link(arrays, n, about, path) for n, about in enumerate(links)]
 
 
@@ -171,10 +171,12 @@ def _macs(folder: Path) -> dict[str, str]:
     path = folder / MACS_FILE
     told = from_json(path.read_text("utf-8"), path) if path.is_file() else {}
     if not isinstance(told, dict):
-        raise ValueError(f"{path}: not a table of names and MAC addresses")
+        raise BadInputError(f"{path}: not a table of names and MAC addresses")
     for name, mac in told.items():
         if not isinstance(mac, str) or not re.fullmatch("[0-9a-fA-F]{2}(:[0-9a-fA-F]{2}){5}", mac):
-            raise ValueError(f"{path}: key {name!r} must hold a MAC address like {MACS['rx']}, got {mac!r}")
+            raise BadInputError(
+                f"{path}: key {name!r} must hold a MAC address like {MACS['rx']}, got {mac!r}"
+            )
     return MACS | told
 
 
@@ -211,9 +213,9 @@ def _packed_link(arrays: dict[str, np.ndarray], n: int, about: Any, path: Path) 
     forward, reverse, displacement_m = (entry(arrays, f"{letter}{n}", path) for letter in "frp")
     n_packets = len(displacement_m)
     if not forward.shape == reverse.shape == (n_packets, N_SUBCARRIERS, 2) or n_packets < 2:
-        raise ValueError(f"{path}: shapes of f{n} {forward.shape}, r{n} {reverse.shape}, p{n} do not fit")
+        raise BadInputError(f"{path}: shapes of f{n} {forward.shape}, r{n} {reverse.shape}, p{n} do not fit")
     if not np.isfinite(displacement_m).all():
-        raise ValueError(f"{path}: p{n} must hold finite numbers")
+        raise BadInputError(f"{path}: p{n} must hold finite numbers")
     return Link(
         set_name=str(entry(about, "set", path)),
         place=str(entry(about, "loc", path)),

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from wifipgo import segments
-from wifipgo.errors import require
+from wifipgo.errors import BadInputError, require
 from wifipgo.settings import fitted
 from wifipgo.world import maps
 from wifipgo.world.maps import Corners, gap_to_obstacles
@@ -212,9 +212,9 @@ def _refuse_boxes(cfg: ArenaConfig, n_placed: int, covered_m2: float) -> None:
     room = f"a {cfg.size_m} m room with {cfg.clearance_m} m of clearance"
     if cfg.n_obstacles:
         rule = f"at most what fits {room} (placed {n_placed})"
-        raise ValueError(f"ArenaConfig.n_obstacles must be {rule}, got {cfg.n_obstacles}")
+        raise BadInputError(f"ArenaConfig.n_obstacles must be {rule}, got {cfg.n_obstacles}")
     rule = f"at most what fits {room} (covered {covered_m2 / cfg.size_m**2:.3f})"
-    raise ValueError(f"ArenaConfig.obstacle_density must be {rule}, got {cfg.obstacle_density}")
+    raise BadInputError(f"ArenaConfig.obstacle_density must be {rule}, got {cfg.obstacle_density}")
 
 
 def random_starts(
@@ -239,7 +239,7 @@ def random_starts(
             starts, misses = np.concatenate([starts, np.concatenate([p_m, yaw], axis=1)]), 0
         elif (misses := misses + 1) == _TRIES:
             rule = f"at most what fits the room (placed {len(starts)})"
-            raise ValueError(f"n_robots must be {rule}, got {n_robots}")
+            raise BadInputError(f"n_robots must be {rule}, got {n_robots}")
     return starts
 
 
