@@ -14,8 +14,9 @@ from typing import Any
 from baselines._episodes import trial_seed
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import parallel_env
-from wifipgo.errors import BadInputError, require
+from wifipgo.errors import require
 from wifipgo.scenarios import SCENARIOS, Scenario
+from wifipgo.text_files import read_json
 
 _RECORD: Mapping[str, type] = {"scenario": dict, "policies": list, "trials": int, "seed": int}
 _PACKAGES = ("wifipgo", "numpy", "gtsam", "pymunk", "pettingzoo")
@@ -91,10 +92,7 @@ def read_record(path: Path) -> dict[str, Any]:
     Raises:
         ValueError: It is not one; the message names the file.
     """
-    try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as problem:
-        raise BadInputError(f"{path} is not JSON: {problem}") from problem
+    record = read_json(path)
     found = record if isinstance(record, dict) else {}
     fits = all(isinstance(found.get(name), kind) for name, kind in _RECORD.items())
     require(fits, str(path), f"a config.json with {', '.join(_RECORD)}", sorted(found))

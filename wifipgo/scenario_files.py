@@ -4,28 +4,41 @@ This module knows text and names; what a scenario is stands in `wifipgo.scenario
 """
 
 import json
+import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from wifipgo.errors import BadInputError, UnknownNameError, require
+from wifipgo.errors import BadInputError, UnknownNameError, quoted, require
+from wifipgo.text_files import read_text
 
 SUFFIX = ".toml"
 BASE = "base"
+MOST_BYTES = 2**24
+_DECIMAL_COMMA = re.compile(r"(?m)^[^#\n\"\'\[\]]*=\s*[-+]?\d+,\d+\s*(?:#.*)?$")
 
 
 def read_toml(path: Path) -> dict[str, Any]:
     """Tables and keys of a file.
 
     Raises:
-        ValueError: It is not TOML; the message names the file and the place in it.
+        BadInputError: It is not TOML, or nested too deep; the message names the file and the place in it.
         OSError: It cannot be read.
     """
+    text = read_text(path, most_bytes=MOST_BYTES)
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except ValueError as problem:  # a broken encoding too
-        raise BadInputError(f"{path} is not TOML: {problem}") from problem
+        return tomllib.loads(text)
+    except RecursionError:
+        raise BadInputError(f"{path} is not TOML: nested too deep") from None
+    except ValueError as problem:
+        raise BadInputError(f"{path} is not TOML: {problem}{_hint(text)}") from problem
+
+
+def _hint(text: str) -> str:
+    """What is probably meant where a number has a decimal comma."""
+    found = _DECIMAL_COMMA.search(text)
+    return f"; numbers have a decimal point, got {quoted(found[0].strip())}" if found else ""
 
 
 def flattened(values: Mapping[str, Any], owners: Mapping[str, str], where: str) -> dict[str, Any]:

@@ -4,7 +4,6 @@
 when figure N is done.
 """
 
-import json
 import os
 import shutil
 from collections.abc import Mapping
@@ -14,6 +13,7 @@ from typing import Any
 from baselines._plan import differences
 from baselines._results import is_done
 from wifipgo.errors import BadInputError, require
+from wifipgo.text_files import read_json
 from wifipgo.whole_files import write_json
 
 CONFIG, CLAIMS, PAGE, EPISODES, FAILURES = (
@@ -53,7 +53,7 @@ def _record(out: Path) -> dict[str, Any]:
         ValueError: It is no reproduction.
     """
     try:
-        found = json.loads((out / CONFIG).read_text(encoding="utf-8"))
+        found = read_json(out / CONFIG)
     except (OSError, ValueError):
         found = None
     ours = isinstance(found, dict) and found.get("kind") == _KIND

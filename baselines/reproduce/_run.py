@@ -1,6 +1,5 @@
 """Run what figures need, make them one after the other, and put all claims together."""
 
-import json
 import shutil
 from collections.abc import Mapping
 from dataclasses import asdict, replace
@@ -23,6 +22,7 @@ from baselines.reproduce._figures import FIGURES, chosen
 from baselines.reproduce._folder import done
 from baselines.reproduce._page import page, with_summary
 from baselines.reproduce._runs import TRIALS, Setting
+from wifipgo.text_files import read_json
 from wifipgo.whole_files import write_json
 
 
@@ -123,7 +123,7 @@ def _document(whole: Mapping[str, Any], out: Path, docs: Path) -> None:
 
 
 def _read(path: Path) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    found: dict[str, Any] = read_json(path)
     return found
 
 

@@ -126,7 +126,7 @@ def test_what_a_file_may_not_say(text: str, message: str, tmp_path: Path) -> Non
 
 def test_a_file_that_is_no_text(tmp_path: Path) -> None:
     (tmp_path / "room.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ValueError, match=r"room\.toml is not TOML"):
+    with pytest.raises(ValueError, match=r"room\.toml: expected text in UTF-8, got UTF-16"):
         scenario_named(str(tmp_path / "room.toml"))
     with pytest.raises(FileNotFoundError, match=r"none\.toml"):
         scenario_named("none.toml")

@@ -4,7 +4,6 @@ Two formats: ``wifi-paths-2d/1``, paths in a room where nothing passes through w
 and ``wifi-slab-2d/1``, lines of sight through a single thin wall. Materials are those of the file.
 """
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,6 +16,7 @@ from wifipgo.errors import BadInputError, pick, require
 from wifipgo.radio.materials import MATERIALS, Material, Slab
 from wifipgo.radio.paths import Paths, Surfaces, surfaces_of, trace_paths
 from wifipgo.se2 import wrap_angle
+from wifipgo.text_files import read_json
 
 # Paths of equal order that differ by more than this are never the same one. A hundred times
 # what is asked of ours, so that a wrong delay shows as a deviation and not only as a miss.
@@ -86,8 +86,8 @@ def read_references(path: Path) -> list[Reference]:
     Raises:
         ValueError: If the file is not what it should be; the message begins with its name.
     """
+    content = read_json(path)
     try:
-        content = json.loads(path.read_text("utf-8"))
         return list(pick(_READERS, content["format"], "format")(content))
     except (ValueError, KeyError, TypeError, IndexError) as error:
         said = f"{error.args[0]!r} is missing" if isinstance(error, KeyError) else str(error)

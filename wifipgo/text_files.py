@@ -1,0 +1,118 @@
+"""Text that users write, read the same whatever editor saved it.
+
+UTF-8 with or without a byte order mark; lines that end in LF, CR LF or CR; form feeds and vertical
+tabs are blanks, since no format that is read here lets them stand for themselves.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from wifipgo.errors import BadInputError, quoted
+
+_MARKS = {
+    b"\xff\xfe\x00\x00": "UTF-32",
+    b"\x00\x00\xfe\xff": "UTF-32",
+    b"\xff\xfe": "UTF-16",
+    b"\xfe\xff": "UTF-16",
+}
+_BLANK = str.maketrans({"\f": " ", "\v": " "})
+MOST_BYTES = 2**31  # text beyond this is no text that somebody wrote for us
+MOST_DIGITS = 400  # more than any float or key has
+
+
+def read_text(path: Path, *, most_bytes: int = MOST_BYTES) -> str:
+    r"""Text of a file whose lines all end in ``\n``.
+
+    Args:
+        path: The file.
+        most_bytes: How long it may be.
+
+    Raises:
+        BadInputError: It is not UTF-8, or longer; names the file and the line.
+        OSError: It cannot be read.
+    """
+    with path.open("rb") as file:
+        data = file.read(most_bytes + 1)
+    if len(data) > most_bytes:
+        raise BadInputError(f"{path}: expected text of at most {most_bytes:,} bytes, got more")
+    return decoded(data, str(path))
+
+
+def decoded(data: bytes, source: str) -> str:
+    r"""Text of bytes, all lines ended by ``\n``; ``source`` names them in messages.
+
+    Raises:
+        BadInputError: They are not UTF-8.
+    """
+    coding = next((name for mark, name in _MARKS.items() if data.startswith(mark)), None)
+    if coding is None and b"\0" in data:
+        coding = "zero bytes, as in UTF-16 or a file that is no text"
+    if coding is not None:
+        raise BadInputError(f"{source}: expected text in UTF-8, got {coding}; save it as UTF-8")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as problem:
+        line = data.count(b"\n", 0, problem.start) + 1
+        got = f"byte 0x{data[problem.start]:02x}"
+        raise BadInputError(f"{source}:{line}: expected text in UTF-8, got {got}; save it as UTF-8") from None
+    return text.replace("\r\n", "\n").replace("\r", "\n").translate(_BLANK)
+
+
+def read_lines(path: Path) -> list[str]:
+    """Lines of a file, without their ends; line k is the k-th that an editor shows, from 0.
+
+    Raises:
+        BadInputError: See `read_text`.
+        OSError: It cannot be read.
+    """
+    return read_text(path).removesuffix("\n").split("\n")
+
+
+def read_json(path: Path) -> Any:
+    """Content of a JSON file.
+
+    Raises:
+        BadInputError: It is not JSON, is nested too deep, or see `read_text`; names the file.
+        OSError: It cannot be read.
+    """
+    text = read_text(path)
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError as problem:
+        place = f"{path}:{problem.lineno}"
+        raise BadInputError(f"{place}: expected JSON, got {problem.msg} at column {problem.colno}") from None
+    except RecursionError:
+        raise BadInputError(f"{path}: expected JSON, got nesting that is too deep") from None
+    except ValueError:  # a whole number of more digits than Python turns into one
+        raise BadInputError(f"{path}: expected JSON, got a number of too many digits") from None
+
+
+def number(word: str, place: str) -> float:
+    """A number as files write it: no decimal comma, no underscores, no thousand digits.
+
+    Args:
+        word: What should be one.
+        place: File and line, for the message.
+
+    Raises:
+        BadInputError: It is none.
+    """
+    if "," in word:
+        raise BadInputError(f"{place}: expected a number with a decimal point, got a comma in {quoted(word)}")
+    try:
+        if len(word) > MOST_DIGITS or "_" in word or not word.isascii():
+            raise ValueError
+        return float(word)
+    except ValueError:
+        raise BadInputError(f"{place}: expected a number, got {quoted(word)}") from None
+
+
+def whole_number(word: str, place: str) -> int:
+    """A whole number in decimal digits; arguments and failures as of `number`."""
+    try:
+        if len(word) > MOST_DIGITS or "_" in word or not word.isascii():
+            raise ValueError
+        return int(word)
+    except ValueError:
+        raise BadInputError(f"{place}: expected a whole number, got {quoted(word)}") from None
