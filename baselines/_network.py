@@ -4,14 +4,12 @@ A file says what it was trained for: the layout of the observations, the scenari
 without torch and without pickle.
 """
 
-import io
 import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
-from zipfile import BadZipFile
 
 import numpy as np
 from jaxtyping import Float
@@ -19,6 +17,7 @@ from jaxtyping import Float
 from baselines._rays import N_WHOLE
 from envs.rendezvous_v0 import layout
 from wifipgo.errors import BadInputError, require
+from wifipgo.npz_files import read_npz
 from wifipgo.scenarios import Scenario
 from wifipgo.whole_files import appearing
 from wifipgo.world.lidar import N_LIDAR_RAYS
@@ -92,17 +91,15 @@ def load_network(path: Path) -> Network:
         ValueError: It is not such a file; the message names it.
         OSError: It cannot be read.
     """
-    packed = path.read_bytes()
     try:
-        with np.load(io.BytesIO(packed), allow_pickle=False) as file:
-            arrays = dict(file)
+        arrays = read_npz(path)
         notes = json.loads(str(arrays.pop("notes")))
         mean, variance = arrays.pop("mean"), arrays.pop("variance")
         nets: dict[str, list[Layer]] = {}
         for key in sorted(key for key in arrays if key.endswith("/weight")):
             stem = key.removesuffix("/weight")
             nets.setdefault(key.split("/")[0], []).append(Layer(arrays[key], arrays[f"{stem}/bias"]))
-    except (ValueError, KeyError, EOFError, TypeError, AttributeError, BadZipFile) as problem:
+    except (ValueError, KeyError, TypeError, AttributeError) as problem:
         raise BadInputError(
             f"{path} is no trained policy (an .npz that training exports): {problem}"
         ) from problem
