@@ -80,12 +80,12 @@ def read_json(path: Path) -> Any:
     try:
         return json.loads(text)
     except json.JSONDecodeError as problem:
-        place = f"{path}:{problem.lineno}"
-        raise BadInputError(f"{place}: expected JSON, got {problem.msg} at column {problem.colno}") from None
+        place = f"{path}:{problem.lineno}: not JSON"
+        raise BadInputError(f"{place}: {problem.msg} at column {problem.colno}") from None
     except RecursionError:
-        raise BadInputError(f"{path}: expected JSON, got nesting that is too deep") from None
+        raise BadInputError(f"{path}: not JSON: nested too deep") from None
     except ValueError:  # a whole number of more digits than Python turns into one
-        raise BadInputError(f"{path}: expected JSON, got a number of too many digits") from None
+        raise BadInputError(f"{path}: not JSON: a number of too many digits") from None
 
 
 def number(word: str, place: str) -> float:

@@ -75,7 +75,7 @@ def test_malformed_file_is_one_line_with_its_name(
     assert main(OracleConfig(data=tmp_path)) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1
-    assert "fixture.json: " in said
+    assert "fixture.json:" in said
     assert message in said
 
 
@@ -106,7 +106,7 @@ def test_impossible_values_are_one_line(
     assert main(OracleConfig(data=tmp_path)) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1
-    assert "fixture.json: " in said
+    assert "fixture.json:" in said
     assert message in said
 
 

@@ -95,9 +95,9 @@ def test_json_of_another_editor_and_json_that_is_none(tmp_path: Path) -> None:
     )
     assert read_json(path) == {"a": [1, "\u00b2"]}
     bad = {
-        "": "record.json:1: expected JSON",
+        "": "record.json:1: not JSON",
         "{\n\n": "record.json:3: ",
-        "[" * 100_000: "nesting",
+        "[" * 100_000: "too deep",
         "9" * 9000: "digits",
     }
     for text, message in bad.items():
