@@ -10,12 +10,11 @@ from gymnasium.utils import EzPickle
 from pettingzoo import ParallelEnv
 
 from envs import _observation
+from envs._episode import Episode
 from envs._render_config import DEFAULT_HEIGHT_PX, RENDER_MODES, RenderConfig, check_render_mode
 from envs._reward import REWARDS, Outcome
-from wifipgo.chance import Streams
 from wifipgo.errors import BadInputError, pick, require
 from wifipgo.graph import ate_rot, ate_trans
-from wifipgo.loop import advance, start
 from wifipgo.mapped import first_map, updated_map
 from wifipgo.scenarios import Scenario, field_owners, scenario_named
 from wifipgo.state import Commands, Tick, World
@@ -99,9 +98,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         self.action_spaces = {a: spaces.Box(-1.0, 1.0, (3,), np.float32) for a in self.possible_agents}
         n_state = self.scenario.n_robots * 7 + self.scenario.n_robots**2
         self.state_space = spaces.Box(-np.inf, np.inf, (n_state,), np.float32)
-        self._entropy: int | None = None
-        self._episode = 0
-        self._tick: Tick | None = None
+        self._episode: Episode | None = None
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The same object for an agent each time."""
@@ -114,15 +111,18 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
     @property
     def tick(self) -> Tick:
         """State of the episode, truth included: for evaluation and pictures, never for policies."""
-        if self._tick is None:
-            raise RuntimeError("reset() must be called before the episode is looked at or stepped")
-        return self._tick
+        return self._now.tick
 
     @property
     def world(self) -> World:
         """Room and obstacles of the episode, for evaluation and pictures."""
-        self.tick  # noqa: B018 (raises before the first reset)
-        return self._world
+        return self._now.world
+
+    @property
+    def _now(self) -> Episode:
+        if self._episode is None:
+            raise RuntimeError("reset() must be called before the episode is looked at or stepped")
+        return self._episode
 
     def reset(
         self, seed: int | np.integer[Any] | None = None, options: Mapping[str, Any] | None = None
@@ -138,47 +138,48 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             ValueError: A seed that is no integer >= 0, an option that does not exist or that would change the
                 spaces, or a room that cannot be laid out. The episode before goes on.
         """
-        entropy, episode = self._next_episode(seed)
         scenario = self.base_scenario.with_overrides(**_changes(options))
-        streams = Streams.for_episode(entropy, episode)
-        self._world, self._tick = start(scenario, streams)  # may refuse, so nothing is touched before
-        self._entropy, self._episode, self.scenario, self._streams = entropy, episode, scenario, streams
-        self._mapped = first_map(self._tick)
-        self.agents = list(self.possible_agents)
+        now = Episode.begun(scenario, self._next_episode(seed))
+        mapped = first_map(now.tick)
+        out = self._observations(now), self._infos(now, mapped.share)
         if self.render_mode == "human":
-            self.render()
-        return self._observations(), self._infos()
+            self._picture(now)
+        # At once and last, so that what is refused or interrupted leaves the episode before.
+        self._episode, self._mapped, self.scenario = now, mapped, scenario
+        self.agents = list(self.possible_agents)
+        return out
 
     def step(
         self, actions: Mapping[str, Any]
     ) -> tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
         """Advance every robot by one iteration of the paper's loop.
 
+        Whatever exception leaves it, Ctrl-C too, the episode is as it was before, to the bit: the same step
+        can be taken again. That one then repeats the iterations so far.
+
         Raises:
             ValueError: An action is missing, for an unknown agent, of another shape or not finite.
             RuntimeError: Before the first reset or after the end.
         """
-        tick = self.tick
-        if not self.agents:
+        before, agents = self._now, self.agents
+        if not agents:
             raise RuntimeError("the episode is over: call reset() before step()")
-        commands = _commands(actions, self.agents)
-        self._tick = advance(tick, commands, world=self._world, scenario=self.scenario, streams=self._streams)
-        share, self._mapped = self._mapped.share, updated_map(self._mapped, tick, self._tick)
-        belief, agents = self._tick.belief, self.agents
-        outcome = Outcome(tick.belief, belief, self._mapped.share - share)
+        now = before.advanced(_commands(actions, agents))
+        mapped = updated_map(self._mapped, before.tick, now.tick)
+        outcome = Outcome(before.tick.belief, now.tick.belief, mapped.share - self._mapped.share)
         full = self.scenario.max_measurements
-        done = bool(full) and int(belief.edges.between_robots.sum()) >= full
-        late = belief.t >= self.scenario.n_steps
+        done = bool(full) and int(now.tick.belief.edges.between_robots.sum()) >= full
+        late = now.tick.belief.t >= self.scenario.n_steps
         out = (
-            self._observations(),
+            self._observations(now),
             dict(zip(agents, self._reward(outcome, self.scenario).tolist(), strict=True)),
             dict.fromkeys(agents, done),
             dict.fromkeys(agents, late and not done),
-            self._infos(),
+            self._infos(now, mapped.share),
         )
-        self.agents = [] if done or late else agents
         if self.render_mode == "human":
-            self.render()
+            self._picture(now)
+        self._episode, self._mapped, self.agents = now, mapped, [] if done or late else agents
         return out
 
     def state(self) -> np.ndarray:
@@ -196,12 +197,16 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
                 "render() draws nothing without a render_mode, e.g. parallel_env(render_mode='human')"
             )
             return None
-        tick = self.tick
-        if self._screen is None:
+        return self._picture(self._now)
+
+    def _picture(self, now: Episode) -> np.ndarray | None:
+        """Where an episode stands, on the screen that the first picture opens."""
+        if self._screen is None and self.render_mode is not None:
             from envs._render_screen import screen_for  # noqa: PLC0415 (pygame loads with the first picture)
 
             self._screen = screen_for(self.render_mode, self._render_config, self.metadata["render_fps"])
-        return self._screen.show(tick, self._world, self.scenario)
+        picture: np.ndarray | None = self._screen.show(now.tick, now.world, now.scenario)
+        return picture
 
     def close(self) -> None:
         """Close the window; a later `render` opens another."""
@@ -215,20 +220,20 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             whole = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
             require(whole and seed >= 0, "seed", "None or an integer >= 0", seed)
             return int(seed), 0
-        if self._entropy is not None:
-            return self._entropy, self._episode + 1
+        if self._episode is not None:
+            entropy, number = self._episode.seed
+            return entropy, number + 1
         root = np.random.SeedSequence().entropy
         return root if isinstance(root, int) else 0, 0
 
-    def _observations(self) -> dict[str, Any]:
-        rows = _observation.observe(self.tick.belief, self.scenario)
-        if self._as_dict:
-            return {a: _observation.by_name(r, self.layout) for a, r in zip(self.agents, rows, strict=True)}
-        return dict(zip(self.agents, rows, strict=True))
+    def _observations(self, now: Episode) -> dict[str, Any]:
+        rows = _observation.observe(now.tick.belief, now.scenario)
+        pairs = zip(self.possible_agents, rows, strict=True)
+        return {a: _observation.by_name(r, self.layout) for a, r in pairs} if self._as_dict else dict(pairs)
 
-    def _infos(self) -> dict[str, dict[str, Any]]:
+    def _infos(self, now: Episode, mapped_share: float) -> dict[str, dict[str, Any]]:
         """Metrics of each robot; those that end in ``_truth`` read what robots cannot know."""
-        truth, belief = self.tick.truth, self.tick.belief
+        truth, belief = now.tick.truth, now.tick.belief
         n = len(belief.err)
         group_of = {robot: group for group in belief.met for robot in group}
         columns = {
@@ -239,7 +244,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             "bumps_truth": truth.bumps.tolist(),
             "distance_m_truth": truth.distance_m.tolist(),
             "mapped_share_belief": [team_share(belief.survey)] * n,
-            "mapped_share_truth": [self._mapped.share] * n,
+            "mapped_share_truth": [mapped_share] * n,
             "coverage_truth": [truth.cells.share] * n,
         }
         rows = zip(self.possible_agents, zip(*columns.values(), strict=True), strict=True)
