@@ -14,6 +14,7 @@ from wifipgo.graph import ate_rot, ate_trans
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
+from wifipgo.threads import one_thread
 from wifipgo.whole_files import appearing
 
 LAST = 10
@@ -81,6 +82,7 @@ def trial_seed(seed: int, trial: int) -> int:
     return int(np.random.SeedSequence([seed, trial]).generate_state(1)[0])
 
 
+@one_thread
 def run_episode(
     scenario: str | Scenario,
     policy: str | Policy,

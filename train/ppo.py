@@ -30,6 +30,7 @@ from train._selection import Curve
 from train._versions import versions
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
+from wifipgo.threads import one_thread
 from wifipgo.whole_files import write_json, write_text
 
 __all__ = ["Run", "digest", "main", "train"]
@@ -38,6 +39,7 @@ __all__ = ["Run", "digest", "main", "train"]
 _RESUMED = 7_919
 
 
+@one_thread
 def train(config: TrainConfig, *, console: Console | None = None) -> "Run":
     """Train, or continue, and leave checkpoints, curve and settings in ``config.out``.
 

@@ -45,6 +45,7 @@ from wifipgo.rendezvous import (
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief, Commands, Tick, Truth, World
 from wifipgo.stocktaking import first_survey, taken_stock
+from wifipgo.threads import one_thread
 from wifipgo.world.arena import Arena, Drive
 from wifipgo.world.coverage import empty_map, reveal
 from wifipgo.world.layout import random_layout
@@ -61,6 +62,7 @@ from wifipgo.world.sensing import (
 _NEXT = np.array([0, 1])  # from (robot, index) to the next pose
 
 
+@one_thread
 def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
     """Lay out a world and let every robot sense once from its start, which it knows."""
     cfg, n = scenario.arena, scenario.n_robots
@@ -93,6 +95,7 @@ def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
     return world, _sensed(truth, belief, Edges.empty(), world=world, scenario=scenario, streams=streams)
 
 
+@one_thread
 def advance(tick: Tick, commands: Commands, *, world: World, scenario: Scenario, streams: Streams) -> Tick:
     """One iteration: call, drive, turn and listen, measure, meet, take stock."""
     before, belief = tick.truth.poses[:, -1], tick.belief

@@ -14,6 +14,7 @@ pytest.importorskip("stable_baselines3")
 
 import torch
 from rich.console import Console
+from threadpoolctl import threadpool_limits
 
 from baselines._episodes import trial_seed
 from baselines._learned import LearnedPolicy
@@ -66,6 +67,19 @@ def test_one_seed_gives_the_same_weights(tmp_path: Path, done: Run) -> None:
     untrained = Run(replace(done.config, out=tmp_path / "untrained"), Console(quiet=True))
     untrained.norm.close()
     assert digest(done.model) == digest(again.model) != digest(untrained.model)
+
+
+def test_weights_depend_neither_on_workers_nor_on_threads(tmp_path: Path) -> None:
+    """Four robots, three slots: profiles of so many links that two threads would sum them otherwise."""
+    changes = ("n_robots=4", "n_slots=3", "n_steps=10", "size_m=10")
+    ppo = replace(FEW, n_steps=10, batch_size=80, n_epochs=1)
+    digests = set()
+    for n_workers, threads in ((0, 2), (2, 2)):
+        envs = replace(SHORT, overrides=changes, n_workers=n_workers)
+        with threadpool_limits(threads):
+            run = train(small(tmp_path / f"{n_workers}-{threads}", envs=envs, ppo=ppo))
+        digests.add(digest(run.model))
+    assert len(digests) == 1
 
 
 @pytest.mark.parametrize("interface", ["rays", "flat"])

@@ -18,6 +18,7 @@ from wifipgo.graph.distributed.robot import Robot
 from wifipgo.graph.distributed.rounds import DistributedConfig, Stage, run_stage, tell_all
 from wifipgo.graph.distributed.team import make_robots
 from wifipgo.graph.keyed import PoseGraph, normalised
+from wifipgo.threads import one_thread
 
 
 class DistributedReport(NamedTuple):
@@ -44,6 +45,7 @@ class DistributedReport(NamedTuple):
     order: tuple[int, ...]
 
 
+@one_thread
 def solve_distributed(
     graph: PoseGraph,
     start: Float[np.ndarray, "poses dims"] | None = None,

@@ -17,10 +17,12 @@ from wifipgo.graph.solvers._problem import ANCHOR_SIGMA, KNOWN_START, TOLD_SIGMA
 from wifipgo.graph.solvers._search import Found, as_values, least_squares, optimise, truncate
 from wifipgo.graph.solvers.ends import last_rows
 from wifipgo.graph.solvers.report import Report, WeighedDown
+from wifipgo.threads import one_thread
 
 LEAST_WEIGHT = 1e-8  # of what GNC lets go: nothing, and no pose floats
 
 
+@one_thread
 def solve(
     poses: Float[np.ndarray, "robots times 3"],
     edges: Edges,

@@ -19,6 +19,7 @@ from wifipgo.graph.keyed import PoseGraph, normalised
 from wifipgo.graph.parts import held
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers.report import Report, WeighedDown
+from wifipgo.threads import one_thread
 
 METHODS: Mapping[str, str] = MappingProxyType({"lm": "Levenberg-Marquardt", "gn": "Gauss-Newton"})
 INITIAL: Mapping[str, str] = MappingProxyType(
@@ -41,6 +42,7 @@ FULL_WEIGHT = 1.0 - 1e-6  # what has less was weighed down
 _ORDER = MappingProxyType({3: [0, 1, 2], 6: [3, 4, 5, 0, 1, 2]})  # in space gtsam puts rotation first
 
 
+@one_thread
 def solve_graph(
     graph: PoseGraph,
     start: Float[np.ndarray, "poses dims"] | None = None,
@@ -83,6 +85,7 @@ def solve_graph(
     return rows, report._replace(weighed_down=(WeighedDown(robust, down, weight[down]),) if len(down) else ())
 
 
+@one_thread
 def marginal_covariances(
     graph: PoseGraph,
     estimate: Float[np.ndarray, "poses dims"],
@@ -108,6 +111,7 @@ def marginal_covariances(
     return found.reshape(-1, graph.freedom, graph.freedom)[:, order][:, :, order]
 
 
+@one_thread
 def at_minimum(graph: PoseGraph, estimate: Float[np.ndarray, "poses dims"]) -> bool:
     """Whether one more step would gain nothing: a search may also end because it cannot go on.
 
