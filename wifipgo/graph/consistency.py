@@ -7,12 +7,12 @@ loop; they are consistent if the loop's error is likely under its covariance.
 
 from typing import NamedTuple
 
-import networkx as nx
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.special import chdtri
 
 from wifipgo import se2
+from wifipgo.graph.cliques import largest_clique
 from wifipgo.graph.posegraph import Edges, select
 
 CONFIDENCE = 0.99  # share of pairs of good measurements that pass
@@ -24,9 +24,9 @@ def consistent(edges: Edges, *, n_robots: int, confidence: float = CONFIDENCE) -
     """Which measurements to keep: for each pair of robots, a largest set that is pairwise consistent.
 
     Measurements within one robot are kept. Weights are not looked at. Of several largest sets it
-    takes one that does not depend on the order of the measurements. The search is exact, and
-    its time can grow exponentially with the measurements of a pair; hundreds are no matter
-    unless most of them are outliers.
+    takes one that does not depend on the order of the measurements. Where a pair has so many
+    that an exact search would take long, the set is a large one that a bounded search found, see
+    `wifipgo.graph.cliques`.
     """
     keep = ~edges.between_robots
     pairs = np.sort(np.stack([edges.tail[:, 0], edges.head[:, 0]], axis=1), axis=1)
@@ -35,9 +35,7 @@ def consistent(edges: Edges, *, n_robots: int, confidence: float = CONFIDENCE) -
         rows = np.flatnonzero((pairs == pair).all(axis=1))
         rows = rows[np.lexsort((*edges.z[rows].T, *edges.head[rows].T, *edges.tail[rows].T))]
         agree = loop_chi2(select(edges, rows), chains, pair) <= chdtri(3, 1.0 - confidence)
-        graph = nx.from_numpy_array(agree & agree.T & ~np.eye(len(rows), dtype=bool))
-        clique, _ = nx.max_weight_clique(graph, weight=None)
-        keep[rows[sorted(clique)]] = True
+        keep[rows[largest_clique(agree & agree.T).members]] = True
     return keep
 
 

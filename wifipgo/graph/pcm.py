@@ -9,35 +9,54 @@ them explain. `wifipgo.graph.consistency` does the same for the teams of the sim
 
 from typing import NamedTuple
 
-import networkx as nx
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.special import chdtri
 
 from wifipgo import se3
+from wifipgo.graph.cliques import largest_clique
 from wifipgo.graph.keyed import PoseGraph
 from wifipgo.graph.residuals import PLANAR
 
 CONFIDENCE = 0.99  # share of pairs of good measurements that pass
+_BLOCK = 64  # measurements compared with all others at once: bounds the memory
 GAP_VARIANCE = 1e6  # m^2 and rad^2, of a step without odometry: nothing is inconsistent across it
+
+
+class ConsistentSets(NamedTuple):
+    """Which measurements to keep, and the pairs of robots for which a larger set may exist.
+
+    Attributes:
+        keep: Odometry, and a consistent set of each pair and each robot.
+        unproven: Pairs whose exact search was cut short, see `wifipgo.graph.cliques`.
+    """
+
+    keep: Bool[np.ndarray, " edges"]
+    unproven: tuple[tuple[int, int], ...]
 
 
 def consistent_edges(graph: PoseGraph, *, confidence: float = CONFIDENCE) -> Bool[np.ndarray, " edges"]:
     """Which measurements to keep: odometry, and a largest consistent set of each pair and each robot.
 
-    The search is exact, and its time can grow exponentially with the measurements of a pair;
-    hundreds are no matter unless most of them are outliers.
+    Where a pair has so many that an exact search would take long, the set is a large one that a bounded
+    search found; `consistent_sets` says for which pairs that is so.
     """
-    keep = graph.odometry.copy()
+    return consistent_sets(graph, confidence=confidence).keep
+
+
+def consistent_sets(graph: PoseGraph, *, confidence: float = CONFIDENCE) -> ConsistentSets:
+    """Do as `consistent_edges`, and say which sets are not proven to be the largest."""
+    keep, unproven = graph.odometry.copy(), []
     pairs = np.sort(np.stack([graph.robot[graph.tail], graph.robot[graph.head]], axis=1), axis=1)
     chains = _chains(graph)
     for pair in np.unique(pairs[~keep], axis=0):
         rows = np.flatnonzero((pairs == pair).all(axis=1) & ~graph.odometry)
         agree = pair_chi2(graph, chains, rows) <= chdtri(graph.freedom, 1.0 - confidence)
-        np.fill_diagonal(agree, val=False)
-        clique, _ = nx.max_weight_clique(nx.from_numpy_array(agree), weight=None)
-        keep[rows[sorted(clique)]] = True
-    return keep
+        members, proven = largest_clique(agree)
+        keep[rows[members]] = True
+        if not proven:
+            unproven.append((int(pair[0]), int(pair[1])))
+    return ConsistentSets(keep, tuple(unproven))
 
 
 class Chains(NamedTuple):
@@ -87,22 +106,24 @@ def pair_chi2(
     acts = np.where(forth[:, None], T_a_head, chains.poses[i])
     own = _seen_from(acts, np.linalg.inv(graph.information[rows]))
     said = se3.compose(T_a_head, se3.inverse(chains.poses[j]))  # b's first pose in the frame of a's
-    off = se3.log(se3.compose(said[:, None], se3.inverse(said)[None]))
-    if graph.freedom == 3:
-        off = off[..., PLANAR]
-    along_a = _apart(chains.covariance[i], i)
-    along_b = _seen_from(said[:, None], _apart(chains.covariance[j], j))
-    covariance = own[:, None] + own[None] + along_a + along_b
-    chi2 = (off * np.linalg.solve(covariance, off[..., None])[..., 0]).sum(axis=-1)
+    chi2 = np.empty((len(rows), len(rows)))
+    for first in range(0, len(rows), _BLOCK):
+        block = slice(first, first + _BLOCK)
+        off = se3.log(se3.compose(said[block, None], se3.inverse(said)[None]))
+        off = off[..., PLANAR] if graph.freedom == 3 else off
+        along_a = _apart(chains.covariance[i], i, block)
+        along_b = _seen_from(said[block, None], _apart(chains.covariance[j], j, block))
+        covariance = own[block, None] + own[None] + along_a + along_b
+        chi2[block] = (off * np.linalg.solve(covariance, off[..., None])[..., 0]).sum(axis=-1)
     return np.minimum(chi2, chi2.T)
 
 
 def _apart(
-    covariance: Float[np.ndarray, "rows freedom freedom"], at: Int[np.ndarray, " rows"]
-) -> Float[np.ndarray, "rows rows freedom freedom"]:
-    """Noise of the odometry between each two of some poses of one robot."""
-    sign = np.where(at[:, None] >= at[None], 1.0, -1.0)[..., None, None]
-    return sign * (covariance[:, None] - covariance[None])
+    covariance: Float[np.ndarray, "rows freedom freedom"], at: Int[np.ndarray, " rows"], block: slice
+) -> Float[np.ndarray, "block rows freedom freedom"]:
+    """Noise of the odometry between a block of some poses of one robot and all of them."""
+    sign = np.where(at[block, None] >= at[None], 1.0, -1.0)[..., None, None]
+    return sign * (covariance[block, None] - covariance[None])
 
 
 def _in_space(graph: PoseGraph) -> Float[np.ndarray, "edges 7"]:
