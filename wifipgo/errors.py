@@ -79,6 +79,13 @@ def require(holds: bool | np.bool_, field: str, rule: str, value: object) -> Non
         raise BadInputError(f"{field} must be {rule}, got {quoted(value)}")
 
 
+def require_within(config: object, limits: Mapping[str, tuple[float, float]]) -> None:
+    """Raise `BadInputError` at the first field of a configuration that is outside its limits."""
+    for name, (low, high) in limits.items():
+        value = getattr(config, name)
+        require(bool(low <= value <= high), f"{type(config).__name__}.{name}", f"in {low:g}..{high:g}", value)
+
+
 def quoted(value: object) -> str:
     """A value as it is printed in a message: whole if short, with its middle left out if long.
 

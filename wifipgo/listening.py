@@ -82,8 +82,8 @@ def _scaled(radio: RadioConfig, turn: AoaConfig, scale: float) -> tuple[RadioCon
     """Antennas further apart, or closer, by a factor."""
     if scale == 1.0:
         return radio, turn
-    places_m = tuple((scale * x, scale * y) for x, y in radio.antennas_m)
-    return replace(radio, antennas_m=places_m), replace(turn, antenna_gap_m=scale * turn.antenna_gap_m)
+    gap_m = scale * turn.antenna_gap_m
+    return radio.scaled(scale), replace(turn, antenna_gap_m=gap_m, antenna_scale=())
 
 
 def weights_of(others: RelativePoses, heard: Listening, scenario: Scenario) -> Float[np.ndarray, " edges"]:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.errors import pick, require
+from wifipgo.errors import pick, require, require_within
 from wifipgo.graph import ERR_WEIGHTS, GUARDS, THIRD_PARTY
 from wifipgo.radio.link import LinkConfig, service_discrepancy
 
@@ -71,8 +71,8 @@ class RendezvousConfig:
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
-        for name in ("err_threshold", "aoa_gate_rad", "aoa_sigma_rad"):
-            require(getattr(self, name) > 0.0, f"RendezvousConfig.{name}", "> 0", getattr(self, name))
+        require(self.err_threshold > 0.0, "RendezvousConfig.err_threshold", "> 0", self.err_threshold)
+        require_within(self, dict.fromkeys(("aoa_gate_rad", "aoa_sigma_rad"), (1e-4, np.pi)))
         require(self.kappa >= 1, "RendezvousConfig.kappa", ">= 1", self.kappa)
         pick(ERR_WEIGHTS, self.err_weights, "err_weights")
         pick(ESTIMATORS, self.estimator, "estimator")

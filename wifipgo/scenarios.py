@@ -82,6 +82,8 @@ class Scenario:
         require(q <= top, "LinkConfig.q_mbit_s", f"<= {top:g}, the top rate of the bandwidth", q)
         antennas_m = self.radio.antennas_m
         require(len(antennas_m) != 1, "RadioConfig.antennas_m", "2 or 3 positions for a turn", antennas_m)
+        for scale in self.turn.antenna_scale:
+            self.radio.scaled(scale)  # refuses antennas that are then too far or too close
         for name in ("wall_material", "obstacle_material"):
             pick(MATERIALS, getattr(self.arena, name), f"ArenaConfig.{name}")
 

@@ -47,7 +47,7 @@ def test_antennas_further_apart_make_sharper_profiles() -> None:
     ("scale", "message"),
     [
         ((1.0, 2.0), r"antenna_scale must be empty or 4 long"),
-        ((1.0, 1.0, 0.0, 1.0), r"antenna_scale must be all > 0 and at most 100"),
+        ((1.0, 1.0, 0.0, 1.0), r"antenna_scale must be all in 0.01..100"),
         ((1.0, 1.0, "2", 1.0), r"antenna_scale\[2\] must be of type float, got '2'"),
     ],
 )

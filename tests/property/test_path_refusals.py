@@ -41,8 +41,8 @@ def trace(tx_m: Any, rx_m: Any, surfaces: Surfaces | None = None, **options: Any
         ([[1, 1]], [[np.inf, 1]], {}, "rx_m must be finite.* at link 0"),
         ([[1, 1]], [[2, 1]], {"max_order": 3}, "max_order must be 0, 1 or 2, got 3"),
         ([[1, 1]], [[2, 1]], {"max_order": -1}, "max_order must be 0, 1 or 2, got -1"),
-        ([[1, 1]], [[2, 1]], {"carrier_hz": np.nan}, "carrier_hz must be > 0"),
-        ([[1, 1]], [[2, 1]], {"carrier_hz": 0.0}, "carrier_hz must be > 0"),
+        ([[1, 1]], [[2, 1]], {"carrier_hz": np.nan}, "carrier_hz must be in 1000..1"),
+        ([[1, 1]], [[2, 1]], {"carrier_hz": 0.0}, "carrier_hz must be in 1000..1"),
     ],
 )
 def test_bad_links_are_refused(tx_m: Any, rx_m: Any, options: dict[str, Any], message: str) -> None:
@@ -105,7 +105,7 @@ def test_dark_link_is_a_row_without_paths() -> None:
     [
         (ROOM_M, [BOX_M[::-1]], Slab(), r"obstacles_m\[0\] must be counter-clockwise"),
         (ROOM_M, [], [Slab(), Slab()], "number of wall slabs must be 4, got 2"),
-        (ROOM_M[[0, 1, 1, 2, 3]], [], Slab(), "faces longer than 0"),
+        (ROOM_M[[0, 1, 1, 2, 3]], [], Slab(), "faces of at least 1e-09 m"),
         (ROOM_M * np.nan, [], Slab(), "must be finite"),
         (ROOM_M, [], Slab("brick", 0.1), r"carrier_hz must be in 1e\+09..4e\+10 .*, got 50000000000.0"),
     ],
@@ -131,14 +131,14 @@ def test_open_room_that_is_not_convex_is_refused() -> None:
 def test_bad_slabs_and_materials_are_refused() -> None:
     with pytest.raises(UnknownNameError, match="known: brick, chipboard"):
         Slab("cheese", 0.1)
-    with pytest.raises(ValueError, match="thickness_m must be > 0"):
+    with pytest.raises(ValueError, match=r"thickness_m must be in 1e-06..10"):
         Slab("brick", 0.0)
     for constants, message in (
-        ((0.5, 0.0, 0.0, 0.0), "Material.a must be >= 1"),
-        ((2.0, np.nan, 0.0, 0.0), "Material.b must be finite"),
-        ((2.0, 0.0, -1.0, 0.0), "Material.c must be >= 0"),
-        ((2.0, 0.0, 0.0, np.inf), "Material.d must be finite"),
-        ((2.0, 0.0, 0.0, 0.0, 2e9, 1e9), "Material.lowest_hz must be > 0 and <= highest_hz"),
+        ((0.5, 0.0, 0.0, 0.0), "Material.a must be in 1..1e"),
+        ((2.0, np.nan, 0.0, 0.0), "Material.b must be in -10..10, got nan"),
+        ((2.0, 0.0, -1.0, 0.0), "Material.c must be in 0..1e"),
+        ((2.0, 0.0, 0.0, np.inf), "Material.d must be in -10..10, got inf"),
+        ((2.0, 0.0, 0.0, 0.0, 2e9, 1e9), "Material.lowest_hz must be <= highest_hz"),
     ):
         with pytest.raises(ValueError, match=message):
             Material(*constants)

@@ -5,7 +5,7 @@ from jaxtyping import Bool, Float
 
 from wifipgo.errors import BadInputError
 from wifipgo.radio.outline import off_limits
-from wifipgo.radio.surfaces import Surfaces
+from wifipgo.radio.surfaces import FARTHEST_M, Surfaces
 from wifipgo.segments import distance_to_segments
 
 SHORTEST_LINK_M = 1e-6
@@ -38,10 +38,11 @@ def checked_ends(
 
 def _check_links(ends: Float[np.ndarray, "2 3 links"]) -> None:
     """Refuse ends that are not finite or coincide."""
-    if not np.isfinite(ends).all():
-        end, index = np.argwhere(~np.isfinite(ends).all(axis=1))[0]
-        got = ends[end, :2, index].tolist()
-        raise BadInputError(f"{_NAMES[end]} must be finite, got {got} at link {index}")
+    far = np.logical_not(np.abs(ends) <= FARTHEST_M)
+    if far.any():
+        end, index = np.argwhere(far.any(axis=1))[0]
+        rule, got = f"finite and at most {FARTHEST_M:g}", ends[end, :2, index].tolist()
+        raise BadInputError(f"{_NAMES[end]} must be {rule}, got {got} at link {index}")
     apart = (np.abs(ends[0] - ends[1]) > SHORTEST_LINK_M).any(axis=0)
     if not apart.all():
         index = np.argmin(apart)

@@ -17,7 +17,7 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import Complex, Float
 
-from wifipgo.errors import pick, require
+from wifipgo.errors import pick, require, require_within
 from wifipgo.radio.bartlett import bartlett_profiles, eq5_profiles, profiles
 from wifipgo.radio.music import music_profiles
 from wifipgo.radio.peaks import Directions, Peaks, closest_peak, find_directions, find_peaks
@@ -57,7 +57,19 @@ __all__ = [
 
 
 # Beyond these, phases lose their digits or arrays their sense; no robot comes near.
-_LARGEST_GAP_M, _LARGEST_SCALE, _LONGEST_TURN_RAD, _MOST_POSITIONS = 10.0, 100.0, 100.0, 4096
+GAP_LIMITS_M = (1e-4, 10.0)
+_LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {
+        "antenna_gap_m": GAP_LIMITS_M,
+        "turn_rad": (1e-6, 100.0),
+        "n_positions": (8.0, 4096.0),
+        "n_azimuths": (72.0, 7200.0),
+        "n_peaks": (1.0, 10.0),
+        "n_paths": (1.0, 7.0),
+    }
+)
+_SCALE_LIMITS = (0.01, 100.0)
+_MOST_STEERING = 1 << 22  # packets x directions of one pair of antennas: 32 MB
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +85,7 @@ class AoaConfig:
         antenna_scale: One factor per robot on how far apart its antennas are, or empty for all 1.
         turn_rad: Angle by which a robot turns in place at the end of an iteration.
         n_positions: Packets that arrive during a turn.
-        n_azimuths: Directions of a profile, a multiple of 72.
+        n_azimuths: Directions of a profile, a multiple of 72 up to 7200.
         aoa_estimator: A name in `ESTIMATORS`: "product", "ratio" (the paper's) or "music".
         n_peaks: Highest peaks of a profile that count as directions of a neighbour (N of Eq. 10).
         n_paths: Paths of MUSIC's signal subspace.
@@ -90,24 +102,22 @@ class AoaConfig:
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
-        for name, most in (("antenna_gap_m", _LARGEST_GAP_M), ("turn_rad", _LONGEST_TURN_RAD)):
-            value = getattr(self, name)
-            require(0.0 < value <= most, f"AoaConfig.{name}", f"> 0 and at most {most:g}", value)
-        for scale in self.antenna_scale:
-            within = 0.0 < scale <= _LARGEST_SCALE
-            rule = f"all > 0 and at most {_LARGEST_SCALE:g}"
-            require(within, "AoaConfig.antenna_scale", rule, self.antenna_scale)
-        rule = f"in 8..{_MOST_POSITIONS}"
-        require(8 <= self.n_positions <= _MOST_POSITIONS, "AoaConfig.n_positions", rule, self.n_positions)
-        require(
-            self.n_azimuths >= 72 and self.n_azimuths % 72 == 0,
-            "AoaConfig.n_azimuths",
-            "a positive multiple of 72",
-            self.n_azimuths,
-        )
-        require(1 <= self.n_peaks <= 10, "AoaConfig.n_peaks", "in 1..10", self.n_peaks)
-        require(1 <= self.n_paths < 8, "AoaConfig.n_paths", "in 1..7", self.n_paths)
+        require_within(self, _LIMITS)
+        bins, size = self.n_azimuths, self.n_azimuths * self.n_positions
+        require(bins % 72 == 0, "AoaConfig.n_azimuths", "a multiple of 72", bins)
+        require(size <= _MOST_STEERING, "AoaConfig.n_azimuths * n_positions", f"<= {_MOST_STEERING}", size)
         pick(ESTIMATORS, self.aoa_estimator, "AOA estimator")
+        self._check_scale()
+
+    def _check_scale(self) -> None:
+        """Reject factors that cannot be, or lead to a gap that cannot be."""
+        (low, high), (least_m, most_m) = _SCALE_LIMITS, GAP_LIMITS_M
+        for scale in self.antenna_scale:
+            rule = f"all in {low:g}..{high:g}"
+            require(low <= scale <= high, "AoaConfig.antenna_scale", rule, self.antenna_scale)
+            rule = f"such that antennas are {least_m:g}..{most_m:g} m apart"
+            within = least_m <= scale * self.antenna_gap_m <= most_m
+            require(within, "AoaConfig.antenna_scale", rule, self.antenna_scale)
 
 
 def turn_headings(cfg: AoaConfig) -> Float[np.ndarray, " positions"]:

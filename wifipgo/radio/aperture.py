@@ -38,9 +38,11 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Complex, Float
 
-from wifipgo.errors import require
+from wifipgo.errors import require, require_within
 from wifipgo.radio.aoa import Peaks, azimuth_grid, bartlett_profiles, find_peaks
 from wifipgo.radio.expected_error import expected_errors_rad
+
+_MOST_FRONTS = 64  # elevations, and curvatures
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,14 +57,11 @@ class ApertureConfig:
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
-        require(self.n_azimuths >= 8, "ApertureConfig.n_azimuths", ">= 8", self.n_azimuths)
-        require(1 <= self.n_peaks <= 10, "ApertureConfig.n_peaks", "in 1..10", self.n_peaks)
-        require(self.spacing_m > 0.0, "ApertureConfig.spacing_m", "> 0", self.spacing_m)
-        for name in ("elevations_rad", "curvatures_per_m"):
-            values = getattr(self, name)
-            require(
-                len(values) > 0 and min(values) >= 0.0, f"ApertureConfig.{name}", "some values >= 0", values
-            )
+        require_within(self, {"n_azimuths": (8.0, 7200.0), "n_peaks": (1.0, 10.0), "spacing_m": (1e-6, 1.0)})
+        for name, most in (("elevations_rad", np.pi / 2.0), ("curvatures_per_m", 10.0)):
+            values, rule = getattr(self, name), f"1 to {_MOST_FRONTS} values in 0..{most:g}"
+            good = 0 < len(values) <= _MOST_FRONTS and all(0.0 <= value <= most for value in values)
+            require(good, f"ApertureConfig.{name}", rule, values)
 
 
 class Bearing(NamedTuple):

@@ -6,14 +6,16 @@ geometry and repeat at the same poses. What the receiver does to it: `wifipgo.ra
 """
 
 import functools
+import itertools
+import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Complex64, Float, Float32
 
-from wifipgo.errors import require
+from wifipgo.errors import require, require_within
 from wifipgo.radio.bands import BANDS, SUBCARRIER_SPACING_HZ, band_of
 from wifipgo.radio.materials import SPEED_OF_LIGHT_M_S
 from wifipgo.radio.paths import Paths
@@ -37,6 +39,8 @@ THERMAL_NOISE_DBM_PER_HZ = -174.0
 REPORTED_SUBCARRIERS = BANDS[20e6].subcarriers
 _FEW_LINKS = 40  # of which the sines cost less than the calls that save them
 _MAX_ANTENNAS = 3  # as many as an Intel 5300 has
+# No robot comes near; beyond, phases lose their digits and directions between antennas their meaning.
+FARTHEST_ANTENNA_M, CLOSEST_ANTENNAS_M = 10.0, 1e-4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,16 +68,8 @@ class RadioConfig:
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
-        require(1e9 <= self.carrier_hz <= 10e9, "RadioConfig.carrier_hz", "in 1e9..10e9", self.carrier_hz)
-        require(
-            -60.0 <= self.tx_power_dbm <= 30.0, "RadioConfig.tx_power_dbm", "in -60..30", self.tx_power_dbm
-        )
-        require(
-            0.0 <= self.noise_figure_db <= 30.0,
-            "RadioConfig.noise_figure_db",
-            "in 0..30",
-            self.noise_figure_db,
-        )
+        limits = {"carrier_hz": (1e9, 10e9), "tx_power_dbm": (-60.0, 30.0), "noise_figure_db": (0.0, 30.0)}
+        require_within(self, limits)
         require(self.max_order in {0, 1, 2}, "RadioConfig.max_order", "0, 1 or 2", self.max_order)
         require(self.bandwidth_hz in BANDS, "RadioConfig.bandwidth_hz", "20e6 or 40e6", self.bandwidth_hz)
         object.__setattr__(self, "antennas_m", _antenna_places(self.antennas_m))
@@ -82,6 +78,14 @@ class RadioConfig:
     def wavelength_m(self) -> float:
         """Carrier wavelength."""
         return SPEED_OF_LIGHT_M_S / self.carrier_hz
+
+    def scaled(self, scale: float) -> "RadioConfig":
+        """The same with antennas further apart, or closer, by a factor.
+
+        Raises:
+            ValueError: If they are then too far from the body, or too close to each other.
+        """
+        return replace(self, antennas_m=tuple((scale * x, scale * y) for x, y in self.antennas_m))
 
     @property
     def snr_scale(self) -> float:
@@ -98,9 +102,10 @@ def _antenna_places(antennas_m: Iterable[Sequence[float]]) -> tuple[tuple[float,
     field = "RadioConfig.antennas_m"
     places = tuple(tuple(map(float, place)) for place in antennas_m)
     require(len(places) <= _MAX_ANTENNAS, field, f"at most {_MAX_ANTENNAS} positions", antennas_m)
-    pairs = all(len(place) == 2 and np.isfinite(place).all() for place in places)
-    require(pairs, field, "finite pairs (x_m, y_m)", antennas_m)
-    require(len(set(places)) == len(places), field, "distinct positions", antennas_m)
+    pairs = all(len(place) == 2 and max(map(abs, place)) <= FARTHEST_ANTENNA_M for place in places)
+    require(pairs, field, f"pairs (x_m, y_m) of at most {FARTHEST_ANTENNA_M:g} m", antennas_m)
+    apart = all(math.dist(*two) >= CLOSEST_ANTENNAS_M for two in itertools.combinations(places, 2))
+    require(apart, field, f"positions at least {CLOSEST_ANTENNAS_M:g} m apart", antennas_m)
     return places
 
 

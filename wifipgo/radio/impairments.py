@@ -5,13 +5,15 @@ the rest happens in the receiver (`wifipgo.radio.receiver`). What is drawn once 
 `Standing`; multipath is never drawn per packet.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
-from wifipgo.errors import require
+from wifipgo.errors import require_within
 from wifipgo.radio.diffuse import Diffuse, draw_diffuse
 
 
@@ -50,19 +52,20 @@ class ImpairmentConfig:
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
-        limits = {
-            "timing_jitter_s": (0.0, 1e-6),  # a symbol's guard interval is 0.8 us
-            "packet_loss": (0.0, 1.0),
-            "chain_phase_rad": (0.0, np.inf),
-            "heading_noise_rad": (0.0, np.pi),
-            "heading_bias_rad": (-np.pi, np.pi),
-            "diffuse_ratio": (0.0, 1e6),
-            "diffuse_spread_rad": (1e-3, np.pi),
-        }
-        for name, (low, high) in limits.items():
-            value = getattr(self, name)
-            rule = f"in {low:g}..{high:g}" if np.isfinite(high) else f">= {low:g} and finite"
-            require(low <= value <= high and np.isfinite(value), f"ImpairmentConfig.{name}", rule, value)
+        require_within(self, _LIMITS)
+
+
+_LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {
+        "timing_jitter_s": (0.0, 1e-6),  # a symbol's guard interval is 0.8 us
+        "packet_loss": (0.0, 1.0),
+        "chain_phase_rad": (0.0, 2.0 * np.pi),  # from half of that on it is as good as uniform
+        "heading_noise_rad": (0.0, np.pi),
+        "heading_bias_rad": (-np.pi, np.pi),
+        "diffuse_ratio": (0.0, 1e6),
+        "diffuse_spread_rad": (1e-3, np.pi),
+    }
+)
 
 
 class Standing(NamedTuple):

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, Float32, Int
 from scipy.special import log_ndtr
 
-from wifipgo.errors import require
+from wifipgo.errors import require_within
 from wifipgo.radio.bands import BANDS, band_of
 
 # Uncoded bit error rate of a Gray-coded constellation: scale * Q(sqrt(2 snr / spread)), for BPSK,
@@ -44,6 +44,7 @@ _MCS_OF = {
     for modulation in range(_FASTEST + 1)
 }
 _HIGHEST_RATE_MBIT_S = max(band.top_rate_mbit_s for band in BANDS.values())
+_LEAST_Q_MBIT_S, _LARGEST_ALPHA = 1e-3, 1e6  # so that no discrepancy is beyond 1e11
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,9 +61,9 @@ class LinkConfig:
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
-        highest = _HIGHEST_RATE_MBIT_S
-        require(0.0 < self.q_mbit_s <= highest, "LinkConfig.q_mbit_s", f"in (0, {highest:g}]", self.q_mbit_s)
-        require(0.0 <= self.alpha < np.inf, "LinkConfig.alpha", ">= 0 and finite", self.alpha)
+        require_within(
+            self, {"q_mbit_s": (_LEAST_Q_MBIT_S, _HIGHEST_RATE_MBIT_S), "alpha": (0.0, _LARGEST_ALPHA)}
+        )
 
 
 def esnr_db(snr: Float[np.ndarray, "links subcarriers"]) -> Float[np.ndarray, "links 4"]:

@@ -11,10 +11,14 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import Complex, Float
 
-from wifipgo.errors import pick, require
+from wifipgo.errors import pick, require, require_within
 
 SPEED_OF_LIGHT_M_S = 299_792_458.0
 VACUUM_PERMITTIVITY_F_M = 8.8541878128e-12
+# What a scene's frequencies, slabs and permittivities may be; beyond, there are no walls and no digits.
+CARRIER_LIMITS_HZ = (1e3, 1e15)
+THICKNESS_LIMITS_M = (1e-6, 10.0)
+MOST_PERMITTIVITY, MOST_LOSS = 1e6, 1e12
 # Smallest cosine of incidence: without it a lossless slab would divide nothing by nothing.
 _GRAZING = 1e-9
 # Of fewer numbers the calls cost more than what is in them.
@@ -43,13 +47,10 @@ class Material:
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything, among them what would amplify."""
-        require(bool(1.0 <= self.a < np.inf), "Material.a", ">= 1 and finite", self.a)
-        require(bool(0.0 <= self.c < np.inf), "Material.c", ">= 0 and finite", self.c)
-        for name in ("b", "d"):
-            value = getattr(self, name)
-            require(bool(np.isfinite(value)), f"Material.{name}", "finite", value)
-        holds = bool(0.0 < self.lowest_hz <= self.highest_hz < np.inf)
-        require(holds, "Material.lowest_hz", "> 0 and <= highest_hz < inf", (self.lowest_hz, self.highest_hz))
+        require_within(self, {"a": (1.0, 1e6), "b": (-10.0, 10.0), "c": (0.0, 1e9), "d": (-10.0, 10.0)})
+        require_within(self, dict.fromkeys(("lowest_hz", "highest_hz"), CARRIER_LIMITS_HZ))
+        holds = self.lowest_hz <= self.highest_hz
+        require(holds, "Material.lowest_hz", "<= highest_hz", (self.lowest_hz, self.highest_hz))
 
 
 # ITU-R P.2040-3 (08/2023), Table 3, with the frequencies for which it gives them.
@@ -77,7 +78,7 @@ class Slab:
         """Reject values that cannot mean anything."""
         if isinstance(self.material, str):
             pick(MATERIALS, self.material, "material")
-        require(bool(0.0 < self.thickness_m < np.inf), "Slab.thickness_m", "> 0 and finite", self.thickness_m)
+        require_within(self, {"thickness_m": THICKNESS_LIMITS_M})
 
     def permittivity(self, carrier_hz: float) -> complex:
         """Complex relative permittivity at a frequency; see `relative_permittivity`."""
@@ -89,16 +90,26 @@ def relative_permittivity(material: Material, carrier_hz: float) -> complex:
     """Complex relative permittivity ``a g^b - j sigma / (2 pi f eps0)`` (ITU-R P.2040-3).
 
     Raises:
-        ValueError: If the frequency is outside the range in which the material's constants hold.
+        ValueError: If the frequency is outside the range in which the material's constants hold, or they
+            give a permittivity there that no building material has.
     """
     holds = bool(material.lowest_hz <= carrier_hz <= material.highest_hz)
     rule = f"in {material.lowest_hz:g}..{material.highest_hz:g} for {material}"
     require(holds, "carrier_hz", rule, carrier_hz)
     g = carrier_hz / 1e9
     conductivity_s_m = material.c * g**material.d
-    return complex(
-        material.a * g**material.b, -conductivity_s_m / (2.0 * np.pi * carrier_hz * VACUUM_PERMITTIVITY_F_M)
-    )
+    real = material.a * g**material.b
+    loss = conductivity_s_m / (2.0 * np.pi * carrier_hz * VACUUM_PERMITTIVITY_F_M)
+    found = complex(real, -loss)
+    rule = f"1..{MOST_PERMITTIVITY:g} - j 0..{MOST_LOSS:g} at {carrier_hz:g} Hz"
+    require(is_permittivity(found), f"permittivity of {material}", rule, found)
+    return found
+
+
+def is_permittivity(permittivity: Complex[np.ndarray, "*n"] | complex) -> bool:
+    """Whether these are relative permittivities of building materials, lossy or not."""
+    real, loss = np.real(permittivity), -np.imag(permittivity)
+    return bool(np.all((real >= 1.0) & (real <= MOST_PERMITTIVITY) & (loss >= 0.0) & (loss <= MOST_LOSS)))
 
 
 def slab_reflection(

@@ -13,7 +13,7 @@ from jaxtyping import Complex, Float, Int
 from wifipgo.errors import require
 from wifipgo.radio._ends import checked_ends
 from wifipgo.radio.images import Rays, double_bounces, single_bounces
-from wifipgo.radio.materials import SPEED_OF_LIGHT_M_S, slab_reflection, unit_phasors
+from wifipgo.radio.materials import CARRIER_LIMITS_HZ, SPEED_OF_LIGHT_M_S, slab_reflection, unit_phasors
 from wifipgo.radio.obstruction import crossed, transmission
 from wifipgo.radio.surfaces import Surfaces, surfaces_of
 
@@ -68,7 +68,9 @@ def trace_paths(
             inside an obstacle or outside the room, or the order or the frequency is none.
     """
     require(max_order in {0, 1, 2}, "max_order", "0, 1 or 2", max_order)
-    require(bool(0.0 < carrier_hz < np.inf), "carrier_hz", "> 0 and finite", carrier_hz)
+    lowest_hz, highest_hz = CARRIER_LIMITS_HZ
+    within = bool(lowest_hz <= carrier_hz <= highest_hz)
+    require(within, "carrier_hz", f"in {lowest_hz:g}..{highest_hz:g}", carrier_hz)
     ends, height_m = checked_ends(tx_m, rx_m, surfaces)
     found = [single_bounces(ends, height_m, surfaces, reflect=max_order > 0)]
     if max_order == 2:

@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 from scipy.optimize import linear_sum_assignment
 
 from wifipgo.errors import BadInputError, pick, require
-from wifipgo.radio.materials import MATERIALS, Material, Slab
+from wifipgo.radio.materials import CARRIER_LIMITS_HZ, MATERIALS, Material, Slab
 from wifipgo.radio.paths import Paths, Surfaces, surfaces_of, trace_paths
 from wifipgo.se2 import wrap_angle
 from wifipgo.text_files import read_json
@@ -221,7 +221,9 @@ def _slab(place: Mapping[str, Any], content: Mapping[str, Any]) -> Slab:
     constants = content.get("materials", {}).get(name)
     material = pick(MATERIALS, name, "material") if constants is None else None
     if constants is not None:
-        require(0.0 < carrier_hz < np.inf, "carrier_hz", "> 0 and finite", carrier_hz)
+        lowest_hz, highest_hz = CARRIER_LIMITS_HZ
+        within = lowest_hz <= carrier_hz <= highest_hz
+        require(within, "carrier_hz", f"in {lowest_hz:g}..{highest_hz:g}", carrier_hz)
         a, b, c, d = (float(constants[key]) for key in "abcd")
         material = Material(a, b, c, d, lowest_hz=carrier_hz, highest_hz=carrier_hz)
     return Slab(material or name, float(place["thickness_m"]))

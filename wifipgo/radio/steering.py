@@ -12,7 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Complex, Float
 
-from wifipgo.errors import require
+from wifipgo.errors import require, require_within
+
+WAVELENGTH_LIMITS_M = (1e-4, 1e4)
+_LONGEST_M = 1e6
 
 
 def azimuth_grid(n_azimuths: int) -> Float[np.ndarray, " grid"]:
@@ -42,9 +45,12 @@ class Aperture:
 
     def __post_init__(self) -> None:
         """Refuse what has no phase."""
-        require(self.wavelength_m > 0.0, "Aperture.wavelength_m", "> 0", self.wavelength_m)
+        require_within(self, {"wavelength_m": WAVELENGTH_LIMITS_M})
         require(len(self.baseline_m) > 0, "Aperture.baseline_m", "at least one position", self.baseline_m)
-        require(bool(np.isfinite(self.baseline_m).all()), "Aperture.baseline_m", "finite", self.baseline_m)
+        rule = f"finite and at most {_LONGEST_M:g}"
+        require(
+            bool((np.abs(self.baseline_m) <= _LONGEST_M).all()), "Aperture.baseline_m", rule, self.baseline_m
+        )
 
     @property
     def is_flat(self) -> bool:

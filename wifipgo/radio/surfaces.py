@@ -7,10 +7,13 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from wifipgo.errors import require
-from wifipgo.radio.materials import Slab
+from wifipgo.radio.materials import THICKNESS_LIMITS_M, Slab, is_permittivity
 from wifipgo.radio.outline import Outline, facing_inwards, is_convex, outline_of
 from wifipgo.radio.visibility import FacePairs, face_pairs
 from wifipgo.segments import cross, polygon_edges
+
+# Beyond these, heights and positions along faces lose their digits.
+FARTHEST_M, _SHORTEST_M = 1e7, 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,10 +55,13 @@ class Surfaces:
     def __post_init__(self) -> None:
         """Refuse faces without length and rooms that are not convex; work out the derived arrays."""
         require(0 <= self.n_walls <= len(self.ends_m), "Surfaces.n_walls", "in 0..faces", self.n_walls)
-        require(bool(np.isfinite(self.ends_m).all()), "Surfaces.ends_m", "finite", self.ends_m)
+        rule = f"finite and at most {FARTHEST_M:g}"
+        require(bool((np.abs(self.ends_m) <= FARTHEST_M).all()), "Surfaces.ends_m", rule, self.ends_m)
+        self._check_slabs()
         base_m, edge_m = self.ends_m[:, 0], self.ends_m[:, 1] - self.ends_m[:, 0]
         length_m = np.hypot(edge_m[:, 0], edge_m[:, 1])
-        require(bool(np.all(length_m > 0.0)), "Surfaces.ends_m", "faces longer than 0", length_m)
+        rule = f"faces of at least {_SHORTEST_M:g} m"
+        require(bool(np.all(length_m >= _SHORTEST_M)), "Surfaces.ends_m", rule, length_m)
         direction = edge_m / length_m[:, None]
         normal = np.stack([direction[:, 1], -direction[:, 0]], axis=-1)
         walls_m = self.ends_m[: self.n_walls]
@@ -73,6 +79,14 @@ class Surfaces:
         put(self, "length_m", np.concatenate([[np.inf], length_m]))
         put(self, "outline", outline_of(self.ends_m[self.n_walls :]))
         put(self, "pairs", face_pairs(self.ends_m, self.to_along, self.to_height))
+
+    def _check_slabs(self) -> None:
+        """Refuse slabs that are none."""
+        low, high = THICKNESS_LIMITS_M
+        real = bool(((self.thickness_m >= low) & (self.thickness_m <= high)).all())
+        require(real, "Surfaces.thickness_m", f"all in {low:g}..{high:g}", self.thickness_m)
+        rule = "real part >= 1, imaginary part <= 0, finite"
+        require(is_permittivity(self.permittivity), "Surfaces.permittivity", rule, self.permittivity)
 
 
 def surfaces_of(

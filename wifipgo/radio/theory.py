@@ -23,6 +23,8 @@ from jaxtyping import Float
 from wifipgo.errors import require
 from wifipgo.radio.steering import Aperture
 
+_LEAST_SNR = 1e-9
+
 
 def phase_variance_rad2(snr: float, *, n_subcarriers: int, random_amplitude: bool = True) -> float:
     """Least variance of the phase of one packet's product, rad^2.
@@ -33,7 +35,7 @@ def phase_variance_rad2(snr: float, *, n_subcarriers: int, random_amplitude: boo
         random_amplitude: With the term of noise times noise, which the product reaches;
             without, the bound for an unknown but fixed amplitude, which it meets from 10 dB.
     """
-    require(snr > 0.0, "snr", "> 0", snr)
+    require(_LEAST_SNR <= snr < np.inf, "snr", f">= {_LEAST_SNR:g} and finite", snr)
     require(n_subcarriers > 0, "n_subcarriers", "> 0", n_subcarriers)
     return (1.0 / snr + (0.5 / snr**2 if random_amplitude else 0.0)) / n_subcarriers
 

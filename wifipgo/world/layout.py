@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from wifipgo import segments
-from wifipgo.errors import BadInputError, require
+from wifipgo.errors import BadInputError, require, require_within
 from wifipgo.settings import fitted
 from wifipgo.world import maps
 from wifipgo.world.maps import Corners, gap_to_obstacles
@@ -17,6 +17,7 @@ from wifipgo.world.polygons import area_m2
 _TRIES = 2_000
 # What memory and time allow: a map of the room has a cell for each square metre.
 _MOST_M, _MOST_SUBSTEPS = 2_000.0, 10_000
+_THICKNESS_LIMITS_M = (1e-6, 10.0)  # of the slabs that the radio takes them for
 # Boxes that cover less are shrunk to nothing.
 _LEAST_DENSITY = 1e-9
 
@@ -67,7 +68,8 @@ class ArenaConfig:
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
         positive = ("size_m", "obstacle_min_m", "robot_radius_m", "step_m", "lidar_range_m")
-        for name in (*positive, "wall_thickness_m", "obstacle_thickness_m"):
+        require_within(self, dict.fromkeys(("wall_thickness_m", "obstacle_thickness_m"), _THICKNESS_LIMITS_M))
+        for name in positive:
             value = getattr(self, name)
             require(value > 0.0, f"ArenaConfig.{name}", "> 0", value)
             require(value < np.inf, f"ArenaConfig.{name}", "finite", value)
