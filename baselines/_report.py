@@ -6,6 +6,7 @@ from rich.text import Text
 
 from baselines._plan import Plan
 from baselines._statistics import Estimate, Paired, Summary
+from wifipgo.terminal import say
 
 # More policies than this make a ladder: one row each, the best score first.
 _SIDE_BY_SIDE = 3
@@ -102,8 +103,3 @@ def _comparison(policy: str, reference: str, paired: Paired) -> str:
         f"  Err of the last 10 iterations {shown(paired.err_ratio)} times as large;\n"
         f"  ATE {ate_m2} m² in translation, {ate_rot} in rotation"
     )
-
-
-def say(console: Console, text: str) -> None:
-    """Print as it is: no markup, no colours for numbers, no breaks within a line."""
-    console.print(Text(text), soft_wrap=True, highlight=False)

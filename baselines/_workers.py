@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Protocol
 
 from baselines._episodes import Episode, run_episode
 from baselines._executors import Executor, Work
+from wifipgo.errors import DoubtfulError
 from wifipgo.scenarios import Scenario
 
 
@@ -69,7 +70,7 @@ class Failure(NamedTuple):
         return "".join(traceback.format_exception(self.problem))
 
 
-class EpisodesFailedError(RuntimeError):
+class EpisodesFailedError(DoubtfulError):
     """Some episodes raised; the others are kept."""
 
     def __init__(self, lines: Sequence[str], partial: Path) -> None:

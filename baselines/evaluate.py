@@ -10,7 +10,6 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from baselines import _results
-from baselines._command import exit_code
 from baselines._config import EvaluateConfig, command_of, parsed, plan_of
 from baselines._episodes import Episode, run_episode, trial_seed
 from baselines._executors import Executor
@@ -18,6 +17,8 @@ from baselines._plan import Plan
 from baselines._report import announce, report
 from baselines._statistics import Estimate, Paired, Summary, summarise
 from baselines._workers import EpisodesFailedError, Task, run_all
+from wifipgo.command_line import exit_code
+from wifipgo.terminal import Terminal
 
 __all__ = [
     "Episode",
@@ -103,9 +104,9 @@ def _publish(plan: Plan, partial: Path, out: Path, record: Mapping[str, Any]) ->
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run from the command line; 0 done, 1 episodes failed, 2 refused, 130 interrupted."""
+    """Run from the command line; the exit code is that of `wifipgo.command_line`."""
     kept = "interrupted; finished episodes are kept: the same command with --resume continues"
-    return exit_code(lambda console: evaluate(parsed(args), console=console), interrupted=kept)
+    return exit_code(lambda: evaluate(parsed(args), console=Terminal()), interrupted=kept)
 
 
 if __name__ == "__main__":

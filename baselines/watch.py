@@ -9,14 +9,14 @@ import tyro
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from baselines._command import exit_code
 from baselines._episodes import Episode, OnTick, run_episode
 from baselines._films import film
-from baselines._report import say
 from baselines._watching import WatchConfig, checked
 from envs._render_config import RenderConfig
+from wifipgo.command_line import exit_code
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
+from wifipgo.terminal import Terminal, say
 from wifipgo.whole_files import appearing
 
 __all__ = ["WatchConfig", "main", "watch"]
@@ -108,11 +108,11 @@ def _report(episode: Episode, config: WatchConfig, console: Console) -> None:
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run from the command line; 0 done, 2 refused, 130 interrupted."""
+    """Run from the command line; the exit code is that of `wifipgo.command_line`."""
     kept = "interrupted; nothing was written"
 
-    def job(console: Console) -> None:
-        watch(tyro.cli(WatchConfig, prog="python -m baselines.watch", args=args), console=console)
+    def job() -> None:
+        watch(tyro.cli(WatchConfig, prog="python -m baselines.watch", args=args), console=Terminal())
 
     return exit_code(job, interrupted=kept)
 

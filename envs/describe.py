@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -19,9 +20,11 @@ from envs._tables import (
     scenario_table,
     value_table,
 )
+from wifipgo.command_line import exit_code
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario, scenario_named, scenario_toml
 from wifipgo.settings import key_value
+from wifipgo.terminal import Terminal
 
 # Columns of tables that go to a file or another program.
 _WIDTH = 132
@@ -93,18 +96,10 @@ def _describe(scenario: Scenario, config: DescribeConfig, console: Console) -> N
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run from the command line; 0 done, 2 refused."""
-    console = Console() if sys.stdout.isatty() else Console(width=_WIDTH)
-    errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
-    try:
-        describe(tyro.cli(DescribeConfig, prog="python -m envs.describe", args=args), console=console)
-    except OSError as failure:
-        errors.print(f"error: {failure.filename or 'system'}: {failure.strerror or failure}")
-        return 2
-    except ValueError as failure:
-        errors.print(f"error: {failure}")
-        return 2
-    return 0
+    """Run from the command line; the exit code is that of `wifipgo.command_line`."""
+    console = Terminal() if sys.stdout.isatty() else Terminal(width=_WIDTH)
+    config = partial(tyro.cli, DescribeConfig, prog="python -m envs.describe", args=args)
+    return exit_code(lambda: describe(config(), console=console))
 
 
 if __name__ == "__main__":

@@ -16,7 +16,6 @@ from stable_baselines3.common.logger import configure
 from stable_baselines3.common.vec_env import VecNormalize
 
 from baselines._command import exit_code
-from baselines._report import say
 from baselines.policies import make_policy
 from train._checkpoints import Checkpoints, State
 from train._config import TrainConfig
@@ -30,6 +29,7 @@ from train._selection import Curve
 from train._versions import versions
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
+from wifipgo.terminal import say
 from wifipgo.threads import one_thread
 from wifipgo.whole_files import write_json, write_text
 

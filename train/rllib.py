@@ -19,12 +19,12 @@ from rich.console import Console
 from baselines._command import exit_code
 from baselines._interfaces import INTERFACES, make_interface
 from baselines._network import Layer, Network, layout_of, plain
-from baselines._report import say
 from envs.rendezvous_v0 import REWARDS
 from train._translated_env import TranslatedEnv
 from train._versions import versions
 from wifipgo.errors import MissingExtraError, pick, require
 from wifipgo.scenarios import Scenario, scenario_named
+from wifipgo.terminal import say
 from wifipgo.whole_files import write_json
 
 _ROBOT = "robot"

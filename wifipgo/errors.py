@@ -16,6 +16,10 @@ class BadInputError(ValueError):
     """What the user gave cannot be used; the message names the field, the rule and the value got."""
 
 
+class DoubtfulError(RuntimeError):
+    """Results are there, but not all of them or not to be trusted; the message says what is missing."""
+
+
 class NumericalError(RuntimeError):
     """A computation that failed on input that was well formed; names the pose and the measurement."""
 

@@ -3,15 +3,16 @@
 import sys
 from collections.abc import Sequence
 
-from baselines._command import exit_code
 from baselines.reproduce._config import parsed
 from baselines.reproduce._run import reproduce
+from wifipgo.command_line import exit_code
+from wifipgo.terminal import Terminal
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run from the command line; 0 done, 1 episodes failed, 2 refused, 130 interrupted."""
+    """Run from the command line; the exit code is that of `wifipgo.command_line`."""
     kept = "interrupted; what is finished is kept: the same command with --resume goes on"
-    return exit_code(lambda console: reproduce(parsed(args), console=console), interrupted=kept)
+    return exit_code(lambda: reproduce(parsed(args), console=Terminal()), interrupted=kept)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,6 @@ from rich.text import Text
 
 from baselines._episodes import trial_seed
 from baselines._plan import versions
-from baselines._report import say
 from baselines._workers import EpisodesFailedError, Failure, run_all
 from baselines.reproduce import _folder
 from baselines.reproduce._config import ReproduceConfig
@@ -22,6 +21,7 @@ from baselines.reproduce._figures import FIGURES, chosen
 from baselines.reproduce._folder import done
 from baselines.reproduce._page import page, with_summary
 from baselines.reproduce._runs import TRIALS, Setting
+from wifipgo.terminal import say
 from wifipgo.text_files import read_json
 from wifipgo.whole_files import write_json
 

@@ -1,0 +1,94 @@
+"""How commands end: exit codes, one line on standard error, output that a terminal can take."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+
+import pytest
+
+from wifipgo.command_line import exit_code, printable
+from wifipgo.errors import BadInputError, DoubtfulError, NumericalError
+from wifipgo.terminal import Terminal, say
+
+
+def raising(problem: BaseException) -> Callable[[], None]:
+    def job() -> None:
+        raise problem
+
+    return job
+
+
+@pytest.mark.parametrize(
+    ("problem", "code", "said"),
+    [
+        (DoubtfulError("not converged"), 1, "not converged"),
+        (BadInputError("seed must be >= 0, got -1"), 2, "error: seed must be >= 0, got -1"),
+        (FileNotFoundError(2, "No such file or directory", "a.g2o"), 2, "error: a.g2o: No such file"),
+        (NumericalError("pose 3, edge 7"), 3, "error: pose 3, edge 7"),
+        (KeyboardInterrupt(), 130, "interrupted; nothing was written"),
+    ],
+)
+def test_an_end_is_a_code_and_one_line(
+    problem: BaseException, code: int, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert exit_code(raising(problem)) == code
+    output, errors = capsys.readouterr()
+    assert output == ""
+    assert errors.startswith(said)
+    assert errors.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "problem", [ValueError("x"), RuntimeError("x"), KeyError("x"), BrokenPipeError(32, "x")]
+)
+def test_a_defect_is_shown_with_its_traceback(problem: Exception, capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code(raising(problem)) == 70
+    errors = capsys.readouterr().err
+    assert errors.startswith("Traceback")
+    assert "raise problem" in errors
+
+
+def test_control_characters_are_spelled_out(capsys: pytest.CaptureFixture[str]) -> None:
+    name = "\x1b]0;title\x07\x1b[2J\x9b2J\u202eroom\r\u2028\x7f"
+    assert exit_code(raising(BadInputError(name))) == 2
+    say(Terminal(), name)
+    Terminal().print(name, markup=False)
+    output, errors = capsys.readouterr()
+    for text in (output, errors, printable(name)):
+        assert text.replace("\n", "").isprintable()
+        assert r"\x1b]0;title" in text
+    assert printable("naïve 部屋\t2 m²\n") == "naïve 部屋\t2 m²\n"
+
+
+def ended(program: str, *, encoding: str = "utf-8", shell: str = "{}") -> subprocess.CompletedProcess[bytes]:
+    """Run a program in a shell's pipeline, with the standard streams of an encoding."""
+    head = (
+        "import sys; from wifipgo.command_line import exit_code, say; from wifipgo.terminal import Terminal; "
+    )
+    command = shell.format(f'"{sys.executable}" -c "$PROGRAM"')
+    environment = {"PYTHONPATH": ":".join(sys.path), "PROGRAM": head + program, "PATH": "/bin:/usr/bin"}
+    return subprocess.run(
+        ["bash", "-c", command],
+        capture_output=True,
+        check=False,
+        env=environment | {"PYTHONIOENCODING": encoding},
+    )
+
+
+@pytest.mark.parametrize("encoding", ["cp1251", "cp932", "ascii"])
+def test_what_an_encoding_cannot_show_is_replaced(encoding: str) -> None:
+    done = ended("sys.exit(exit_code(lambda: (say('2 m²'), Terminal().print('3 ß'))))", encoding=encoding)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert done.stdout.startswith(b"2 m?\n3 ")
+
+
+@pytest.mark.parametrize("job", ["say('line')", "Terminal().print('line')"])
+def test_nobody_reads_and_nothing_is_said(job: str) -> None:
+    long = f"sys.exit(exit_code(lambda: [{job} for _ in range(5000)]))"
+    done = ended(long, shell="{} | head -1; exit ${{PIPESTATUS[0]}}")
+    assert (done.returncode, done.stdout, done.stderr) == (141, b"line\n", b"")
+
+
+def test_a_full_disk_is_one_line() -> None:
+    done = ended("sys.exit(exit_code(lambda: say('line')))", shell="{} > /dev/full")
+    assert (done.returncode, done.stderr) == (2, b"error: system: No space left on device\n")
