@@ -1,14 +1,15 @@
 """Settings of a training run from a YAML file and the command line, and their record."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, get_type_hints
 
 import tyro
-import yaml
 
 from train._config import TrainConfig
+from train._yaml import read_settings
 from wifipgo.errors import BadInputError, UnknownNameError, require
 from wifipgo.settings import fitted
 
@@ -40,19 +41,22 @@ def read_yaml(path: Path) -> TrainConfig:
         ValueError: It is not YAML, names a key that does not exist, or a value is refused.
         OSError: It cannot be read.
     """
-    try:
-        values = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
-    except (yaml.YAMLError, UnicodeDecodeError) as problem:
-        raise BadInputError(f"{path} is not YAML: {problem}") from problem
-    require(isinstance(values, Mapping), str(path), "keys and values", values)
+    values, lines = read_settings(path)
     try:
         return _filled(TrainConfig(), values, "")
     except UnknownNameError as problem:
         if problem.kind != _KEY:
-            raise BadInputError(f"{path}: {problem}") from problem
+            raise BadInputError(f"{_place(path, lines, str(problem))}: {problem}") from problem
         raise UnknownNameError(f"key in {path}:", problem.name, problem.known) from problem
     except ValueError as problem:
-        raise BadInputError(f"{path}: {problem}") from problem
+        raise BadInputError(f"{_place(path, lines, str(problem))}: {problem}") from problem
+
+
+def _place(path: Path, lines: Mapping[str, int], message: str) -> str:
+    """File, and the line of the key that a message names first."""
+    found = {key: re.search(rf"(?<![\w.]){re.escape(key)}(?![\w.])", message) for key in lines}
+    named = [(place.start(), -len(key), key) for key, place in found.items() if place]
+    return f"{path}:{lines[min(named)[-1]]}" if named else str(path)
 
 
 def _filled(default: Any, values: Mapping[str, Any], where: str) -> Any:
@@ -65,21 +69,11 @@ def _filled(default: Any, values: Mapping[str, Any], where: str) -> Any:
             raise UnknownNameError(_KEY, f"{where}{key}", [f"{where}{name}" for name in known])
         part = getattr(default, key)
         if is_dataclass(part):
-            require(isinstance(value, Mapping), key, "a table of keys and values", value)
+            require(isinstance(value, Mapping), f"{where}{key}", "a table of keys and values", value)
             new[key] = _filled(part, value, f"{where}{key}.")
         else:
-            new[key] = fitted(_number(value, kinds[key]), kinds[key], f"{where}{key}")
+            new[key] = fitted(value, kinds[key], f"{where}{key}")
     return replace(default, **new)
-
-
-def _number(value: Any, kind: Any) -> Any:
-    """YAML reads 3e-4 as a string, because it has no point."""
-    if kind is float and isinstance(value, str):
-        try:
-            return float(value)
-        except ValueError:
-            return value
-    return value
 
 
 def record_of(config: TrainConfig) -> dict[str, Any]:

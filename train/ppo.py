@@ -8,7 +8,6 @@ from hashlib import sha256
 
 import pandas as pd
 import torch
-import yaml
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from stable_baselines3 import PPO
@@ -27,6 +26,7 @@ from train._rays_policy import RaysPolicy
 from train._rollouts import environments, scenarios_of, translated_of
 from train._selection import Curve
 from train._versions import versions
+from train._yaml import read_settings, written
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
 from wifipgo.terminal import say
@@ -197,7 +197,7 @@ def _claim(config: TrainConfig, checkpoints: Checkpoints) -> None:
     out, record = config.out, record_of(config)
     if config.resume:
         checkpoints.path()
-        there = yaml.safe_load((out / "config.yaml").read_text(encoding="utf-8"))
+        there = read_settings(out / "config.yaml").values
         changed = changed_fields(there, record)
         require(not changed, "resume", f"given with the settings of {out / 'config.yaml'}", changed[:3])
     elif out.exists() and any(out.iterdir()):
@@ -206,7 +206,7 @@ def _claim(config: TrainConfig, checkpoints: Checkpoints) -> None:
         require(config.overwrite and ours, "out", rule, str(out))
         shutil.rmtree(out)
     out.mkdir(parents=True, exist_ok=True)
-    write_text(out / "config.yaml", yaml.safe_dump(dict(record), sort_keys=False))
+    write_text(out / "config.yaml", written(record))
     write_json(out / "versions.json", versions())
 
 
@@ -216,7 +216,7 @@ def _table(config: TrainConfig) -> pd.DataFrame | None:
     if not config.resume or not path.is_file():
         return None
     table = pd.read_parquet(path)
-    there = yaml.safe_load((config.out / "config.yaml").read_text(encoding="utf-8"))["selection"]
+    there = read_settings(config.out / "config.yaml").values["selection"]
     same = there["seed"] == config.selection.seed and table["trial"].max() + 1 == config.selection.trials
     return table if same else None
 

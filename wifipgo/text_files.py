@@ -1,10 +1,12 @@
 """Text that users write, read the same whatever editor saved it.
 
 UTF-8 with or without a byte order mark; lines that end in LF, CR LF or CR; form feeds and vertical
-tabs are blanks, since no format that is read here lets them stand for themselves.
+tabs are nothing ahead of a line, which they do not indent, and blanks elsewhere, since no format that is
+read here lets them stand for themselves.
 """
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,7 @@ _MARKS = {
     b"\xff\xfe": "UTF-16",
     b"\xfe\xff": "UTF-16",
 }
+_AHEAD = re.compile(r"(?m)^[\f\v]+")
 _BLANK = str.maketrans({"\f": " ", "\v": " "})
 MOST_BYTES = 2**31  # text beyond this is no text that somebody wrote for us
 MOST_DIGITS = 400  # more than any float or key has
@@ -56,7 +59,8 @@ def decoded(data: bytes, source: str) -> str:
         line = data.count(b"\n", 0, problem.start) + 1
         got = f"byte 0x{data[problem.start]:02x}"
         raise BadInputError(f"{source}:{line}: expected text in UTF-8, got {got}; save it as UTF-8") from None
-    return text.replace("\r\n", "\n").replace("\r", "\n").translate(_BLANK)
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    return _AHEAD.sub("", text).translate(_BLANK) if "\f" in text or "\v" in text else text
 
 
 def read_lines(path: Path) -> list[str]:
