@@ -48,8 +48,8 @@ from wifipgo.stocktaking import first_survey, taken_stock
 from wifipgo.threads import one_thread
 from wifipgo.world.arena import Arena, Drive
 from wifipgo.world.coverage import empty_map, reveal
-from wifipgo.world.layout import random_layout
 from wifipgo.world.lidar import N_LIDAR_RAYS, scan
+from wifipgo.world.placing import random_layout
 from wifipgo.world.sensing import (
     indices,
     observe_own_places,

@@ -10,9 +10,10 @@ from wifipgo.radio.paths import surfaces_of, trace_paths
 from wifipgo.segments import in_sight
 from wifipgo.world.arena import Arena
 from wifipgo.world.coverage import empty_map
-from wifipgo.world.layout import ArenaConfig, Layout, random_layout, room_walls
+from wifipgo.world.layout import ArenaConfig, Layout, room_walls
 from wifipgo.world.lidar import ray_directions, scan
 from wifipgo.world.maps import floor_of, gap_to_obstacles
+from wifipgo.world.placing import random_layout
 
 SIZE_M, RADIUS_M, RANGE_M = 10.0, 0.15, 4.0
 # Open to the right, its notch 1 m wide and 3 m deep.

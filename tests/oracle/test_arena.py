@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from wifipgo.world.arena import Arena
-from wifipgo.world.layout import ArenaConfig, Layout, random_layout, room_walls
+from wifipgo.world.layout import ArenaConfig, Layout, room_walls
+from wifipgo.world.placing import random_layout
 
 CFG, TURN_RAD = ArenaConfig(size_m=10.0), np.pi / 2.0
 BOX = np.array([[4.0, 4.0], [6.0, 4.0], [6.0, 6.0], [4.0, 6.0]])

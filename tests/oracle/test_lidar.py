@@ -5,8 +5,9 @@ import pymunk
 import pytest
 
 from wifipgo.segments import polygon_edges
-from wifipgo.world.layout import ArenaConfig, random_layout, room_walls
+from wifipgo.world.layout import ArenaConfig, room_walls
 from wifipgo.world.lidar import N_LIDAR_RAYS, ray_directions, scan
+from wifipgo.world.placing import random_layout
 
 HULL_M, RANGE_M = 0.15, 4.0
 BOX = np.array([[4.0, 4.0], [6.0, 4.0], [6.0, 6.0], [4.0, 6.0]])

@@ -1,5 +1,6 @@
 """The static scene as the radio sees it: flat faces with a front side, and what they are made of."""
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -14,6 +15,8 @@ from wifipgo.segments import cross, polygon_edges
 
 # Beyond these, heights and positions along faces lose their digits.
 FARTHEST_M, _SHORTEST_M = 1e7, 1e-9
+# Double reflections are tried pair by pair; so many faces have a million pairs.
+_MOST_FACES_TWICE = 2_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -38,7 +41,6 @@ class Surfaces:
         to_height: Rows that take ``(x, y, 1)`` to the height over each face, m (derived).
         length_m: Length of each face, m (derived).
         outline: Corners and winding of the faces that are not outer walls (derived).
-        pairs: Faces that can reflect into each other (derived).
     """
 
     ends_m: Float[np.ndarray, "faces 2 2"]
@@ -50,7 +52,6 @@ class Surfaces:
     to_height: Float[np.ndarray, "lines 3"] = field(init=False, repr=False)
     length_m: Float[np.ndarray, " lines"] = field(init=False, repr=False)
     outline: Outline = field(init=False, repr=False)
-    pairs: FacePairs = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Refuse faces without length and rooms that are not convex; work out the derived arrays."""
@@ -78,7 +79,17 @@ class Surfaces:
         put(self, "to_height", _affine(normal, base_m, at_sight=1.0))
         put(self, "length_m", np.concatenate([[np.inf], length_m]))
         put(self, "outline", outline_of(self.ends_m[self.n_walls :]))
-        put(self, "pairs", face_pairs(self.ends_m, self.to_along, self.to_height))
+
+    @property
+    def pairs(self) -> FacePairs:
+        """Faces that can reflect into each other, worked out when first asked for: only order 2 needs them.
+
+        Raises:
+            ValueError: There are too many faces: their pairs would fill the memory.
+        """
+        rule = f"at most 1 in a scene of more than {_MOST_FACES_TWICE} faces"
+        require(len(self.ends_m) <= _MOST_FACES_TWICE, "max_order", rule, f"2 with {len(self.ends_m)}")
+        return _pairs_of(self)
 
     def _check_slabs(self) -> None:
         """Refuse slabs that are none."""
@@ -87,6 +98,11 @@ class Surfaces:
         require(real, "Surfaces.thickness_m", f"all in {low:g}..{high:g}", self.thickness_m)
         rule = "real part >= 1, imaginary part <= 0, finite"
         require(is_permittivity(self.permittivity), "Surfaces.permittivity", rule, self.permittivity)
+
+
+@functools.lru_cache(maxsize=4)
+def _pairs_of(surfaces: Surfaces) -> FacePairs:
+    return face_pairs(surfaces.ends_m, surfaces.to_along, surfaces.to_height)
 
 
 def surfaces_of(

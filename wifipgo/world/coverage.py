@@ -10,7 +10,7 @@ from wifipgo import segments
 from wifipgo.errors import require
 from wifipgo.se2 import length
 from wifipgo.world.layout import Layout
-from wifipgo.world.polygons import inside_polygon
+from wifipgo.world.polygons import inside_polygon, squares_about
 
 CELL_M = 1.0
 # A place counts as mapped if the map has it this close to the truth.
@@ -59,12 +59,14 @@ def empty_map(layout: Layout, size_m: float) -> CellMap:
         ValueError: No cell is free, so that there is no share of them to see.
     """
     n = int(np.ceil(size_m / CELL_M))
-    blocked = np.zeros(n * n, dtype=bool)
+    blocked, middle_m = np.zeros((n, n), dtype=bool), middles(n).reshape(n, n, 2)
     for corners in layout.obstacles_m:
-        blocked |= inside_polygon(middles(n), corners)
+        about = squares_about(corners, CELL_M, n)
+        near_m = middle_m[about]
+        blocked[about] |= inside_polygon(near_m.reshape(-1, 2), corners).reshape(near_m.shape[:2])
     rule = f"such that the middle of a cell of {CELL_M:g} m is free"
     require(not blocked.all(), "ArenaConfig.obstacles_m", rule, len(layout.obstacles_m))
-    return CellMap((~blocked).reshape(n, n), np.zeros((n, n), dtype=bool))
+    return CellMap(~blocked, np.zeros((n, n), dtype=bool))
 
 
 @functools.cache

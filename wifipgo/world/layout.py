@@ -1,4 +1,4 @@
-"""Rooms: outer walls, obstacles by hand or at random, starts by hand or at random."""
+"""Rooms: their rules, outer walls, obstacles and starts. `wifipgo.world.placing` fills them at random."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,14 +7,11 @@ import numpy as np
 from jaxtyping import Float
 
 from wifipgo import segments
-from wifipgo.errors import BadInputError, require, require_within
+from wifipgo.errors import require, require_within
 from wifipgo.settings import fitted
 from wifipgo.world import maps
-from wifipgo.world.maps import Corners, gap_to_obstacles
-from wifipgo.world.polygons import area_m2
+from wifipgo.world.maps import Corners
 
-# So many boxes or starts in a row that do not fit, and the room is taken to be full.
-_TRIES = 2_000
 # What memory and time allow: a map of the room has a cell for each square metre.
 _MOST_M, _MOST_SUBSTEPS = 2_000.0, 10_000
 _THICKNESS_LIMITS_M = (1e-6, 10.0)  # of the slabs that the radio takes them for
@@ -147,122 +144,3 @@ class Layout:
 def room_walls(size_m: float) -> Float[np.ndarray, "4 2 2"]:
     """Edges of a square room with a corner at the origin."""
     return segments.polygon_edges(np.array([[0.0, 0.0], [size_m, 0.0], [size_m, size_m], [0.0, size_m]]))
-
-
-def _random_box(cfg: ArenaConfig, rng: np.random.Generator) -> np.ndarray:
-    """Corners of one box with random sides, place and direction."""
-    half = 0.5 * rng.uniform(cfg.obstacle_min_m, cfg.obstacle_max_m, 2)
-    yaw = rng.uniform(0.0, 0.5 * np.pi)
-    turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
-    corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * half
-    return rng.uniform(0.0, cfg.size_m, 2) + corners @ turn.T
-
-
-def _fits(box: np.ndarray, placed: Sequence[np.ndarray], cfg: ArenaConfig) -> bool:
-    """Whether a box leaves a passage to the walls and to what is placed, and room around given starts."""
-    if box.min() < cfg.clearance_m or box.max() > cfg.size_m - cfg.clearance_m:
-        return False
-    starts_m = np.array(cfg.starts).reshape(-1, 3)[:, :2]
-    if gap_to_obstacles(starts_m, [box]).min(initial=np.inf) <= 2.0 * cfg.robot_radius_m:
-        return False
-    near = (other for other in placed if _may_be_nearer(box, other, cfg.clearance_m))
-    return all(_box_gap(box, other) >= cfg.clearance_m for other in near)
-
-
-def _may_be_nearer(a: np.ndarray, b: np.ndarray, gap_m: float) -> bool:
-    """Whether the rectangles around two polygons, along the axes, come nearer than a gap."""
-    return bool(np.all((a.min(axis=0) - b.max(axis=0) < gap_m) & (b.min(axis=0) - a.max(axis=0) < gap_m)))
-
-
-def _box_gap(a: np.ndarray, b: np.ndarray) -> float:
-    """Distance between two polygons, 0 if they overlap."""
-    if segments.crossings(a, np.roll(a, -1, axis=0), segments.polygon_edges(b)).any():
-        return 0.0
-    return float(min(gap_to_obstacles(a, [b]).min(), gap_to_obstacles(b, [a]).min()))
-
-
-def random_obstacles(cfg: ArenaConfig, *, rng: np.random.Generator) -> list[Float[np.ndarray, "4 2"]]:
-    """Boxes at random, each with a passage around it: so many, or so much of the floor.
-
-    By share, boxes are placed until they cover enough, then all shrunk by one factor so that
-    they cover no more; passages only grow by that.
-
-    Raises:
-        ValueError: If the room does not hold them beside the obstacles placed by hand.
-    """
-    by_hand = [np.array(corners) for corners in cfg.obstacles_m]
-    goal_m2, covered_m2, misses = cfg.obstacle_density * cfg.size_m**2, 0.0, 0
-    boxes: list[np.ndarray] = []
-    while len(boxes) < cfg.n_obstacles or covered_m2 < goal_m2:
-        box = _random_box(cfg, rng)
-        if _fits(box, [*by_hand, *boxes], cfg):
-            boxes.append(box)
-            covered_m2, misses = covered_m2 + area_m2(box), 0
-        elif (misses := misses + 1) == _TRIES:
-            _refuse_boxes(cfg, len(boxes), covered_m2)
-    return [_shrunk(box, np.sqrt(goal_m2 / covered_m2)) for box in boxes] if goal_m2 else boxes
-
-
-def _shrunk(box: np.ndarray, factor: float) -> np.ndarray:
-    """Box about its middle."""
-    middle = box.mean(axis=0)
-    return middle + factor * (box - middle)
-
-
-def _refuse_boxes(cfg: ArenaConfig, n_placed: int, covered_m2: float) -> None:
-    """Say that the room is full, and how much of what was asked for it holds."""
-    room = f"a {cfg.size_m} m room with {cfg.clearance_m} m of clearance"
-    if cfg.n_obstacles:
-        rule = f"at most what fits {room} (placed {n_placed})"
-        raise BadInputError(f"ArenaConfig.n_obstacles must be {rule}, got {cfg.n_obstacles}")
-    rule = f"at most what fits {room} (covered {covered_m2 / cfg.size_m**2:.3f})"
-    raise BadInputError(f"ArenaConfig.obstacle_density must be {rule}, got {cfg.obstacle_density}")
-
-
-def random_starts(
-    n_robots: int, obstacles_m: Sequence[np.ndarray], cfg: ArenaConfig, *, rng: np.random.Generator
-) -> Float[np.ndarray, "robots 3"]:
-    """Robots' start poses: uniform over the free room, clear of obstacles and of each other.
-
-    Where obstacles placed by hand cut the floor into parts, all starts lie in the largest.
-
-    Raises:
-        ValueError: If the room does not hold ``n_robots``.
-    """
-    margin, starts, misses = 2.0 * cfg.robot_radius_m, np.zeros((0, 3)), 0
-    rule = f"more than four times robot_radius_m ({cfg.robot_radius_m:g}) for random starts"
-    require(cfg.size_m > 2.0 * margin, "ArenaConfig.size_m", rule, cfg.size_m)
-    while len(starts) < n_robots:
-        p_m = rng.uniform(margin, cfg.size_m - margin, (1, 2))
-        apart = np.linalg.norm(starts[:, :2] - p_m, axis=1).min(initial=np.inf)
-        yaw = rng.uniform(-np.pi, np.pi, (1, 1))
-        free = gap_to_obstacles(p_m, obstacles_m)[0] > margin and _in_largest_part(p_m, cfg)
-        if apart > 2.0 * margin and free:
-            starts, misses = np.concatenate([starts, np.concatenate([p_m, yaw], axis=1)]), 0
-        elif (misses := misses + 1) == _TRIES:
-            rule = f"at most what fits the room (placed {len(starts)})"
-            raise BadInputError(f"n_robots must be {rule}, got {n_robots}")
-    return starts
-
-
-def _in_largest_part(p_m: np.ndarray, cfg: ArenaConfig) -> bool:
-    if not cfg.obstacles_m:
-        return True
-    floor = maps.floor_of(cfg.obstacles_m, cfg.size_m, cfg.robot_radius_m)
-    return bool(floor.part_of(p_m)[0] == floor.largest)
-
-
-def random_layout(n_robots: int, cfg: ArenaConfig, *, rng: np.random.Generator) -> Layout:
-    """A square room with what was placed by hand, and random boxes and starts where nothing was.
-
-    Raises:
-        ValueError: If the room does not hold it, or there are starts for another number of robots.
-    """
-    by_hand = [np.array(corners) for corners in cfg.obstacles_m]
-    obstacles_m = [*by_hand, *random_obstacles(cfg, rng=rng)]
-    if cfg.starts:
-        require(len(cfg.starts) == n_robots, "ArenaConfig.starts", f"empty or {n_robots} long", cfg.starts)
-        starts = np.array(cfg.starts)
-    else:
-        starts = random_starts(n_robots, obstacles_m, cfg, rng=rng)
-    return Layout(walls_m=room_walls(cfg.size_m), obstacles_m=obstacles_m, starts=starts)

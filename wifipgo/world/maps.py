@@ -14,13 +14,47 @@ from scipy import ndimage
 
 from wifipgo import segments
 from wifipgo.errors import require
-from wifipgo.world.polygons import TINY_M, area_m2, convex_parts, inside_polygon, is_simple
+from wifipgo.world.polygons import (
+    TINY_M,
+    area_m2,
+    convex_parts,
+    inside_polygon,
+    is_simple,
+    squares_about,
+)
 
 Corners = tuple[tuple[float, float], ...]
 # What messages call them.
 OBSTACLES, STARTS = "ArenaConfig.obstacles_m", "ArenaConfig.starts"
 # Cells of the floor are half a robot's radius wide, but there are at most this many along a side.
 _MOST_CELLS = 400
+
+
+class Outlines:
+    """Polygons by the rectangles around them along the axes, to find those that may be near."""
+
+    def __init__(self, polygons_m: Sequence[Float[np.ndarray, "_ 2"]] = ()) -> None:
+        """Hold polygons; more can be added."""
+        self._polygons_m: list[np.ndarray] = []
+        self._low_m, self._high_m = np.zeros((2, 16, 2))
+        for polygon_m in polygons_m:
+            self.add(polygon_m)
+
+    def add(self, polygon_m: Float[np.ndarray, "_ 2"]) -> None:
+        """One more."""
+        n = len(self._polygons_m)
+        if n == len(self._low_m):
+            self._low_m, self._high_m = (np.concatenate([old, old]) for old in (self._low_m, self._high_m))
+        self._low_m[n], self._high_m[n] = polygon_m.min(axis=0), polygon_m.max(axis=0)
+        self._polygons_m.append(polygon_m)
+
+    def nearer(
+        self, low_m: Float[np.ndarray, "2"], high_m: Float[np.ndarray, "2"], gap_m: float
+    ) -> list[Float[np.ndarray, "_ 2"]]:
+        """Those whose rectangles come nearer to a rectangle than a gap along both axes."""
+        n = len(self._polygons_m)
+        near = (low_m - self._high_m[:n] < gap_m) & (self._low_m[:n] - high_m < gap_m)
+        return [self._polygons_m[k] for k in (near[:, 0] & near[:, 1]).nonzero()[0].tolist()]
 
 
 def gap_to_obstacles(
@@ -121,13 +155,13 @@ class Floor:
         n = int(np.clip(np.ceil(2.0 * size_m / radius_m), 1, _MOST_CELLS))
         self._cell_m = size_m / n
         at_m = self._cell_m * (np.arange(n) + 0.5)
-        centre_m = np.stack(np.meshgrid(at_m, at_m, indexing="ij"), -1).reshape(-1, 2)
-        fits = np.minimum(centre_m, size_m - centre_m).min(axis=1) >= radius_m
+        centre_m = np.stack(np.meshgrid(at_m, at_m, indexing="ij"), -1)
+        fits = np.minimum(centre_m, size_m - centre_m).min(axis=-1) >= radius_m
         for corners in map(np.array, obstacles_m):
-            near = (centre_m > corners.min(axis=0) - radius_m) & (centre_m < corners.max(axis=0) + radius_m)
-            cells = np.flatnonzero(near.all(axis=1))
-            fits[cells] &= gap_to_obstacles(centre_m[cells], [corners]) >= radius_m
-        self._part = ndimage.label(fits.reshape(n, n))[0]
+            about = squares_about(corners, self._cell_m, n, margin_m=radius_m)
+            gap_m = gap_to_obstacles(centre_m[about].reshape(-1, 2), [corners])
+            fits[about] &= gap_m.reshape(fits[about].shape) >= radius_m
+        self._part = ndimage.label(fits)[0]
         self._near = np.where(self._part > 0, self._part, ndimage.grey_dilation(self._part, size=(3, 3)))
 
     def part_of(self, p_m: Float[np.ndarray, "points 2"]) -> Int[np.ndarray, " points"]:

@@ -35,6 +35,16 @@ def inside_polygon(
     return inside
 
 
+def squares_about(
+    corners_m: Float[np.ndarray, "corners 2"], width_m: float, n: int, *, margin_m: float = 0.0
+) -> tuple[slice, slice]:
+    """Of ``n`` by ``n`` squares from the origin, those that a polygon with a margin around it may touch."""
+    low = np.floor((corners_m.min(axis=0) - margin_m) / width_m) - 1.0  # one more, for rounding
+    high = np.floor((corners_m.max(axis=0) + margin_m) / width_m) + 2.0
+    (x0, y0), (x1, y1) = np.clip([low, high], 0, n).astype(int).tolist()
+    return slice(x0, x1), slice(y0, y1)
+
+
 def area_m2(corners_m: Float[np.ndarray, "corners 2"]) -> float:
     """Area of a simple polygon, positive if it is counter-clockwise."""
     return float(0.5 * cross(corners_m, np.roll(corners_m, -1, axis=0)).sum())

@@ -1,0 +1,225 @@
+"""Boxes and starts at random places: tried one after the other, each kept if it fits beside those before.
+
+Rejection takes many tries where a room is nearly full, so boxes are drawn and looked over by the hundred, and
+only those that may fit are measured one by one. What is drawn and kept is as if each were tried by itself.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.spatial import cKDTree
+
+from wifipgo import segments
+from wifipgo.errors import BadInputError, require
+from wifipgo.world import maps
+from wifipgo.world.layout import ArenaConfig, Layout, room_walls
+from wifipgo.world.maps import Outlines, gap_to_obstacles
+from wifipgo.world.polygons import area_m2
+
+# So many boxes or starts in a row that do not fit, and the room is taken to be full.
+_TRIES = 2_000
+# Boxes that are drawn at a time.
+_BATCH = 512
+# A box that comes nearer by more than this does not fit, however its distance is rounded.
+_SURELY_M = 1e-6
+_CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
+def random_layout(n_robots: int, cfg: ArenaConfig, *, rng: np.random.Generator) -> Layout:
+    """A square room with what was placed by hand, and random boxes and starts where nothing was.
+
+    Raises:
+        ValueError: If the room does not hold it, or there are starts for another number of robots.
+    """
+    by_hand = [np.array(corners) for corners in cfg.obstacles_m]
+    obstacles_m = [*by_hand, *random_obstacles(cfg, rng=rng)]
+    if cfg.starts:
+        require(len(cfg.starts) == n_robots, "ArenaConfig.starts", f"empty or {n_robots} long", cfg.starts)
+        starts = np.array(cfg.starts)
+    else:
+        starts = random_starts(n_robots, obstacles_m, cfg, rng=rng)
+    return Layout(walls_m=room_walls(cfg.size_m), obstacles_m=obstacles_m, starts=starts)
+
+
+def random_obstacles(cfg: ArenaConfig, *, rng: np.random.Generator) -> list[Float[np.ndarray, "4 2"]]:
+    """Boxes at random, each with a passage around it: so many, or so much of the floor.
+
+    By share, boxes are placed until they cover enough, then all shrunk by one factor so that
+    they cover no more; passages only grow by that.
+
+    Raises:
+        ValueError: If the room does not hold them beside the obstacles placed by hand.
+    """
+    goal_m2, covered_m2, last = cfg.obstacle_density * cfg.size_m**2, 0.0, 0
+    boxes: list[np.ndarray] = []
+    if not cfg.n_obstacles and not goal_m2:
+        return boxes
+    outlines, tries = Outlines([np.array(corners) for corners in cfg.obstacles_m]), _Tries(cfg, rng)
+    for number, box in tries.plausible(boxes):
+        if number - last > _TRIES:
+            _refuse_boxes(cfg, len(boxes), covered_m2)
+        if box is None or not _fits(box, outlines, cfg):
+            continue
+        boxes.append(box)
+        outlines.add(box)
+        covered_m2, last = covered_m2 + area_m2(box), number
+        if len(boxes) >= cfg.n_obstacles and covered_m2 >= goal_m2:
+            break
+    tries.stop_after(last)
+    return [_shrunk(box, np.sqrt(goal_m2 / covered_m2)) for box in boxes] if goal_m2 else boxes
+
+
+class _Tries:
+    """Boxes with random sides, places and directions, in batches from one stream."""
+
+    def __init__(self, cfg: ArenaConfig, rng: np.random.Generator) -> None:
+        """Draw from ``rng``."""
+        self._cfg, self._rng, self._n_before = cfg, rng, 0
+        self._state = rng.bit_generator.state
+
+    def _drawn(self, count: int) -> Float[np.ndarray, "boxes 5"]:
+        """Sides, direction and middle of the next boxes, in the order in which one would draw them."""
+        cfg = self._cfg
+        low = [cfg.obstacle_min_m, cfg.obstacle_min_m, 0.0, 0.0, 0.0]
+        high = [cfg.obstacle_max_m, cfg.obstacle_max_m, 0.5 * np.pi, cfg.size_m, cfg.size_m]
+        return self._rng.uniform(low, high, (count, 5))
+
+    def plausible(self, placed: Sequence[np.ndarray]) -> Iterator[tuple[int, np.ndarray | None]]:
+        """Number, from 1 on, and corners of each box that may fit; after a batch its last number and None.
+
+        Args:
+            placed: Boxes so far; it may grow meanwhile.
+        """
+        while True:
+            self._state = self._rng.bit_generator.state
+            drawn = self._drawn(_BATCH)
+            for k in np.flatnonzero(_may_fit(drawn, placed, self._cfg)).tolist():
+                yield self._n_before + k + 1, _corners_of(drawn[k])
+            self._n_before += _BATCH
+            yield self._n_before, None
+
+    def stop_after(self, number: int) -> None:
+        """Leave the stream as if no box after this one had been drawn; it is of the last batch."""
+        self._rng.bit_generator.state = self._state
+        self._drawn(number - self._n_before)
+
+
+def _corners_of(drawn: Float[np.ndarray, "5"]) -> Float[np.ndarray, "4 2"]:
+    """Corners of a box, counter-clockwise."""
+    half, yaw = 0.5 * drawn[:2], drawn[2]
+    turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+    return drawn[3:] + (_CORNERS * half) @ turn.T
+
+
+def _may_fit(
+    drawn: Float[np.ndarray, "boxes 5"], placed: Sequence[np.ndarray], cfg: ArenaConfig
+) -> Bool[np.ndarray, " boxes"]:
+    """Which boxes are neither surely too near to a wall nor surely too near to a box that is placed."""
+    corners_m = _all_corners(drawn)
+    wall_m = np.minimum(corners_m, cfg.size_m - corners_m).min(axis=(1, 2))
+    may: np.ndarray = wall_m >= cfg.clearance_m - _SURELY_M
+    if placed and may.any():
+        own, others_m = np.flatnonzero(may), np.array(placed)
+        reach_m = cfg.clearance_m + np.sqrt(2.0) * cfg.obstacle_max_m
+        trees = (cKDTree(points_m) for points_m in (drawn[own, 3:], others_m.mean(axis=1)))
+        pairs = next(trees).sparse_distance_matrix(next(trees), reach_m, output_type="ndarray")
+        a_m, b_m = corners_m[own[pairs["i"]]], others_m[pairs["j"]]
+        gap_m = np.minimum(_corners_to_box(a_m, b_m), _corners_to_box(b_m, a_m))
+        may[own[pairs["i"][gap_m < cfg.clearance_m - _SURELY_M]]] = False
+    return may
+
+
+def _all_corners(drawn: Float[np.ndarray, "boxes 5"]) -> Float[np.ndarray, "boxes 4 2"]:
+    """Corners of many boxes, to rounding those of `_corners_of`."""
+    cos, sin = np.cos(drawn[:, 2, None]), np.sin(drawn[:, 2, None])
+    x, y = (_CORNERS * 0.5 * drawn[:, None, :2]).transpose(2, 0, 1)
+    return drawn[:, None, 3:] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+
+
+def _corners_to_box(
+    corners_m: Float[np.ndarray, "pairs 4 2"], box_m: Float[np.ndarray, "pairs 4 2"]
+) -> Float[np.ndarray, " pairs"]:
+    """Distance of the nearest of some corners from a box: no more than that of what they are corners of."""
+    middle_m = box_m.mean(axis=1)[:, None]
+    out_m = np.zeros(corners_m.shape)
+    for axis in (0, 1):
+        edge_m = box_m[:, axis + 1] - box_m[:, axis]
+        side_m = np.hypot(edge_m[:, 0], edge_m[:, 1])[:, None]
+        along_m = ((corners_m - middle_m) * edge_m[:, None]).sum(axis=-1) / side_m
+        out_m[..., axis] = np.maximum(np.abs(along_m) - 0.5 * side_m, 0.0)
+    distance_m: np.ndarray = np.hypot(out_m[..., 0], out_m[..., 1]).min(axis=1)
+    return distance_m
+
+
+def _fits(box: np.ndarray, placed: Outlines, cfg: ArenaConfig) -> bool:
+    """Whether a box leaves a passage to the walls and to what is placed, and room around given starts."""
+    if box.min() < cfg.clearance_m or box.max() > cfg.size_m - cfg.clearance_m:
+        return False
+    near = placed.nearer(box.min(axis=0), box.max(axis=0), cfg.clearance_m)
+    if any(_box_gap(box, other) < cfg.clearance_m for other in near):
+        return False
+    starts_m = np.array(cfg.starts).reshape(-1, 3)[:, :2]
+    return bool(gap_to_obstacles(starts_m, [box]).min(initial=np.inf) > 2.0 * cfg.robot_radius_m)
+
+
+def _box_gap(a: np.ndarray, b: np.ndarray) -> float:
+    """Distance between two polygons, 0 if they overlap."""
+    if segments.crossings(a, np.roll(a, -1, axis=0), segments.polygon_edges(b)).any():
+        return 0.0
+    return float(min(gap_to_obstacles(a, [b]).min(), gap_to_obstacles(b, [a]).min()))
+
+
+def _shrunk(box: np.ndarray, factor: float) -> np.ndarray:
+    """Box about its middle."""
+    middle = box.mean(axis=0)
+    return middle + factor * (box - middle)
+
+
+def _refuse_boxes(cfg: ArenaConfig, n_placed: int, covered_m2: float) -> None:
+    """Say that the room is full, and how much of what was asked for it holds."""
+    room = f"a {cfg.size_m} m room with {cfg.clearance_m} m of clearance"
+    if cfg.n_obstacles:
+        rule = f"at most what fits {room} (placed {n_placed})"
+        raise BadInputError(f"ArenaConfig.n_obstacles must be {rule}, got {cfg.n_obstacles}")
+    rule = f"at most what fits {room} (covered {covered_m2 / cfg.size_m**2:.3f})"
+    raise BadInputError(f"ArenaConfig.obstacle_density must be {rule}, got {cfg.obstacle_density}")
+
+
+def random_starts(
+    n_robots: int, obstacles_m: Sequence[np.ndarray], cfg: ArenaConfig, *, rng: np.random.Generator
+) -> Float[np.ndarray, "robots 3"]:
+    """Robots' start poses: uniform over the free room, clear of obstacles and of each other.
+
+    Where obstacles placed by hand cut the floor into parts, all starts lie in the largest.
+
+    Raises:
+        ValueError: If the room does not hold ``n_robots``.
+    """
+    margin, starts, misses = 2.0 * cfg.robot_radius_m, np.zeros((0, 3)), 0
+    rule = f"more than four times robot_radius_m ({cfg.robot_radius_m:g}) for random starts"
+    require(cfg.size_m > 2.0 * margin, "ArenaConfig.size_m", rule, cfg.size_m)
+    outlines = Outlines(obstacles_m)
+    while len(starts) < n_robots:
+        p_m = rng.uniform(margin, cfg.size_m - margin, (1, 2))
+        apart = np.linalg.norm(starts[:, :2] - p_m, axis=1).min(initial=np.inf)
+        yaw = rng.uniform(-np.pi, np.pi, (1, 1))
+        if apart > 2.0 * margin and _is_free(p_m, outlines, margin) and _in_largest_part(p_m, cfg):
+            starts, misses = np.concatenate([starts, np.concatenate([p_m, yaw], axis=1)]), 0
+        elif (misses := misses + 1) == _TRIES:
+            rule = f"at most what fits the room (placed {len(starts)})"
+            raise BadInputError(f"n_robots must be {rule}, got {n_robots}")
+    return starts
+
+
+def _is_free(p_m: Float[np.ndarray, "1 2"], obstacles: Outlines, margin_m: float) -> bool:
+    """Whether a point is further than a margin from all obstacles."""
+    near = obstacles.nearer(p_m[0], p_m[0], margin_m + _SURELY_M)
+    return bool(gap_to_obstacles(p_m, near)[0] > margin_m)
+
+
+def _in_largest_part(p_m: np.ndarray, cfg: ArenaConfig) -> bool:
+    if not cfg.obstacles_m:
+        return True
+    floor = maps.floor_of(cfg.obstacles_m, cfg.size_m, cfg.robot_radius_m)
+    return bool(floor.part_of(p_m)[0] == floor.largest)
