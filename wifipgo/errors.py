@@ -96,7 +96,7 @@ def quoted(value: object) -> str:
     A few hundred bytes of YAML with aliases can spell out to gigabytes, so the value is
     never spelled out first and cut afterwards.
     """
-    return _QUOTER.repr(value)
+    return " ".join(line.strip() for line in _QUOTER.repr(value).splitlines())  # arrays take several
 
 
 _QUOTER = reprlib.Repr()

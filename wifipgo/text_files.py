@@ -80,16 +80,36 @@ def read_json(path: Path) -> Any:
         BadInputError: It is not JSON, is nested too deep, or see `read_text`; names the file.
         OSError: It cannot be read.
     """
-    text = read_text(path)
+    return parsed_json(read_text(path), str(path))
+
+
+def parsed_json(text: str, source: str) -> Any:
+    """Content of JSON text; ``source`` names it in messages.
+
+    Raises:
+        BadInputError: It is not JSON, is nested too deep, or names a key twice in one table.
+    """
     try:
-        return json.loads(text)
+        return json.loads(text, object_pairs_hook=_each_once)
     except json.JSONDecodeError as problem:
-        place = f"{path}:{problem.lineno}: not JSON"
+        place = f"{source}:{problem.lineno}: not JSON"
         raise BadInputError(f"{place}: {problem.msg} at column {problem.colno}") from None
     except RecursionError:
-        raise BadInputError(f"{path}: not JSON: nested too deep") from None
+        raise BadInputError(f"{source}: not JSON: nested too deep") from None
+    except BadInputError as problem:
+        raise BadInputError(f"{source}: {problem}") from None
     except ValueError:  # a whole number of more digits than Python turns into one
-        raise BadInputError(f"{path}: not JSON: a number of too many digits") from None
+        raise BadInputError(f"{source}: not JSON: a number of too many digits") from None
+
+
+def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A table whose keys are all different."""
+    table: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in table:
+            raise BadInputError(f"expected each key once in a table, got {quoted(key)} twice")
+        table[key] = value
+    return table
 
 
 def number(word: str, place: str) -> float:

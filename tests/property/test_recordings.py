@@ -143,9 +143,9 @@ def test_a_missing_survey_key_is_named(key: str, damaged: Path, capsys: pytest.C
 def test_a_survey_without_numbers_is_refused(damaged: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = (damaged / TRUTH).read_text("utf-8")
     (damaged / TRUTH).write_text(text.replace("108", "null"), "utf-8")
-    assert "must hold a number, got None" in refusal(damaged, capsys)
+    assert "key 'channel' must hold a number in 7..200, got None" in refusal(damaged, capsys)
     (damaged / TRUTH).write_text(text[:-5], "utf-8")
-    assert f"{TRUTH}: not JSON" in refusal(damaged, capsys)
+    assert "not JSON" in refusal(damaged, capsys)
 
 
 def test_an_unknown_transmitter_lists_the_known(damaged: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -225,11 +225,97 @@ def test_a_damaged_pack_is_refused(run: Path, tmp_path: Path, capsys: pytest.Cap
     whole = path.read_bytes()
     for raw in (whole[:-100], whole[:1000], b"", b"no pack", whole[:40_000] + bytes(500) + whole[40_500:]):
         path.write_bytes(raw)
-        assert "expected a whole .npz pack" in refusal(path, capsys)
+        said = refusal(path, capsys)
+        assert "expected a whole .npz pack" in said or "no .npz, damaged or cut" in said
     np.savez(path, **{**arrays, "r0": arrays["r0"][1:]})  # type: ignore[arg-type]
     assert "do not fit" in refusal(path, capsys)
     np.savez(path, **{**arrays, "meta": np.array("[]")})  # type: ignore[arg-type]
     assert "no links" in refusal(path, capsys)
+
+
+@pytest.mark.parametrize(
+    "text", ["1e999", "NaN", "-1000", "-2000", "0", "1e12", "true", '"108"', "108.5", "1" + "0" * 400]
+)
+def test_a_channel_that_is_none_is_refused(
+    text: str, damaged: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    truth = (damaged / TRUTH).read_text("utf-8")
+    (damaged / TRUTH).write_text(truth.replace("108", text), "utf-8")
+    said = refusal(damaged, capsys)
+    assert TRUTH in said
+    assert "'channel'" in said
+
+
+@pytest.mark.parametrize("text", ["1e999", "-1e300", "NaN", "false", '"2.5"', "[]"])
+def test_a_survey_of_no_place_is_refused(
+    text: str, damaged: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    truth = (damaged / TRUTH).read_text("utf-8")
+    (damaged / TRUTH).write_text(truth.replace("-2.6", text), "utf-8")
+    said = refusal(damaged, capsys)
+    assert TRUTH in said
+    assert "'tx3.y'" in said
+
+
+@pytest.mark.parametrize("text", ['{"channel": 1, "channel": 2}', "[" * 100_000, "\udcff", "\0"])
+def test_a_survey_that_is_no_json_is_refused(
+    text: str, damaged: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (damaged / TRUTH).write_bytes(text.encode("utf-8", "surrogateescape"))
+    assert TRUTH in refusal(damaged, capsys)
+
+
+def test_any_editor_may_have_saved_the_texts(run: Path, damaged: Path) -> None:
+    """A byte order mark, Windows ends and a form feed: the same links, to the bit."""
+    (damaged / "macs.json").write_text(json.dumps({"tx3": MACS["tx3"]}), "utf-8")
+    for name in (TRUTH, TRAJECTORY, "macs.json"):
+        text = (damaged / name).read_text("utf-8").replace("\n", "\r\n")
+        (damaged / name).write_bytes(b"\xef\xbb\xbf" + text.encode() + b"\f\r\n")
+    for marked, plain in zip(read_links(damaged), read_links(run), strict=True):
+        np.testing.assert_array_equal(marked.displacement_m, plain.displacement_m)
+        np.testing.assert_array_equal(marked.forward, plain.forward)
+        assert marked.truth_rad == plain.truth_rad
+
+
+@pytest.mark.parametrize("mark", [",", ";"])
+def test_decimal_commas_are_refused(mark: str, damaged: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (damaged / TRAJECTORY).read_text("utf-8").replace(",", mark).replace(".", ",")
+    (damaged / TRAJECTORY).write_text(text, "utf-8")
+    said = refusal(damaged, capsys)
+    assert f"{TRAJECTORY}:1: " in said
+    assert "decimal point" in said
+
+
+@pytest.mark.parametrize(
+    "changes", [{"bearing_mean": 1e999}, {"bearing_mean": True}, {"toolbox_azimuths": "1"}]
+)
+def test_a_pack_with_no_angles_is_refused(
+    changes: dict[str, object], run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arrays = pack_of(run)
+    about = json.loads(str(arrays["meta"]))[0] | changes
+    np.savez(tmp_path / "pack.npz", **arrays | {"meta": np.array(json.dumps([about]))})  # type: ignore[arg-type]
+    assert next(iter(changes)) in refusal(tmp_path / "pack.npz", capsys)
+
+
+@pytest.mark.parametrize("name", ["f0", "p0"])
+@pytest.mark.parametrize("value", [np.nan, 1e300, True, "1"])
+def test_a_pack_with_no_numbers_is_refused(
+    name: str, value: object, run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arrays = pack_of(run)
+    arrays[name] = np.full(arrays[name].shape, value)
+    np.savez(tmp_path / "pack.npz", **arrays)  # type: ignore[arg-type]
+    assert f"pack.npz: {name} must be finite numbers" in refusal(tmp_path / "pack.npz", capsys)
+
+
+def test_a_log_alone_says_what_it_holds(damaged: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    said = refusal(damaged / TX3, capsys)
+    assert "expected the folder of a run" in said
+    assert "a log of 600 records, host-stamped layout; antenna A in 600, B in 600, C in 600" in said
+    assert f"senders {MACS['rx']} of 600" in said
+    (damaged / TX3).write_bytes((damaged / TX3).read_bytes()[:-1])
+    assert "at byte" in refusal(damaged / TX3, capsys)
 
 
 def test_no_such_path_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,6 +20,7 @@ from wifipgo.radio.wsr import Link
 WIDTH_CHARACTERS = 118  # where the output is not a terminal
 OURS, TRUTH, TOOLBOX, OTHER = "#1f6fb4", "#d4570b", "#6b7280", "#9dbfdd"
 COLUMNS = ("set", "place", "tx", "packets", "bearing", "closest", "truth", "error", "height", "confidence")
+LEFT_OUT_COLUMN = ("left out",)
 TOOLBOX_COLUMNS = ("toolbox", "its error")
 
 
@@ -48,35 +49,43 @@ def print_report(links: Sequence[Link], bearings: Sequence[Bearing], *, title: s
 
 
 def link_table(links: Sequence[Link], bearings: Sequence[Bearing], *, title: str) -> Table:
-    """One line a link, angles in degrees."""
-    toolbox = any(link.toolbox_rad for link in links)
-    caption = (
-        "Degrees in the map frame. bearing: top peak. closest: of the highest peaks the nearest to truth, "
-        "an oracle's choice. truth: from the mean aperture position. error: bearing - truth. height: share "
-        "of the signal's power that the top peak explains. confidence: 1 if certain, 0 if a guess; "
-        "out: one of the least confident 10 %."
-    )
-    table = Table(title=f"Bearings, {title}", caption=caption, caption_justify="left")
-    for name in COLUMNS + TOOLBOX_COLUMNS * toolbox:
+    """One line a link, angles in degrees; packets left out only where there are some."""
+    toolbox, lossy = any(link.toolbox_rad for link in links), any(link.n_left_out for link in links)
+    table = Table(title=f"Bearings, {title}", caption=_CAPTION + lossy * _LEFT_OUT, caption_justify="left")
+    for name in COLUMNS + LEFT_OUT_COLUMN * lossy + TOOLBOX_COLUMNS * toolbox:
         table.add_column(name, justify="left" if name in {"set", "tx"} else "right", no_wrap=True)
     out = rejected(bearings)
     for k, (link, found) in enumerate(zip(links, bearings, strict=True)):
         last_of_set = links[k + 1 :] != [] and links[min(k + 1, len(links) - 1)].set_name != link.set_name
-        table.add_row(*_cells(link, found, out=bool(out[k]), toolbox=toolbox), end_section=last_of_set)
+        cells = _cells(link, found, out=bool(out[k])) + [str(link.n_left_out)] * lossy
+        table.add_row(*cells, *_toolbox_cells(link) * toolbox, end_section=last_of_set)
     return table
 
 
-def _cells(link: Link, found: Bearing, *, out: bool, toolbox: bool) -> list[str]:
+_CAPTION = (
+    "Degrees in the map frame. bearing: top peak. closest: of the highest peaks the nearest to truth, "
+    "an oracle's choice. truth: from the mean aperture position. error: bearing - truth. height: share "
+    "of the signal's power that the top peak explains. confidence: 1 if certain, 0 if a guess; "
+    "out: one of the least confident 10 %."
+)
+_LEFT_OUT = " left out: packets of the motion that antenna A did not hear at both ends."
+
+
+def _cells(link: Link, found: Bearing, *, out: bool) -> list[str]:
     """Texts of one line of the link table."""
     angles = np.rad2deg([found.azimuth_rad, closest_rad(link, found), link.truth_rad])
     cells = [link.set_name, link.place, link.transmitter, str(len(link.forward))]
     cells += [f"{angle:.1f}" for angle in angles]
     confidence = float(confidences(np.array([found.expected_error_rad]))[0])
     cells += [f"{error_deg(found.azimuth_rad, link):+.1f}", f"{found.height:.2f}"]
-    cells += [f"{'out ' * out}{confidence:.2f}"]
-    if toolbox and link.toolbox_rad:
-        cells += [f"{np.rad2deg(link.toolbox_rad[0]):.1f}", f"{error_deg(link.toolbox_rad[0], link):+.1f}"]
-    return cells
+    return [*cells, f"{'out ' * out}{confidence:.2f}"]
+
+
+def _toolbox_cells(link: Link) -> list[str]:
+    """What the toolbox answered, and its error; nothing where it did not."""
+    if not link.toolbox_rad:
+        return ["", ""]
+    return [f"{np.rad2deg(link.toolbox_rad[0]):.1f}", f"{error_deg(link.toolbox_rad[0], link):+.1f}"]
 
 
 def summary_table(links: Sequence[Link], bearings: Sequence[Bearing]) -> Table:

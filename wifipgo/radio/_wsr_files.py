@@ -1,14 +1,19 @@
 """Motion capture and survey files of a recorded run, with errors that name file and key."""
 
-import json
+import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
-from wifipgo.errors import BadInputError
+from wifipgo.errors import BadInputError, quoted, require
+from wifipgo.text_files import read_lines
 
+CHANNELS_5_GHZ = (7.0, 200.0)
+FARTHEST_M = 1e4  # no room is larger, nor is a survey of one
+_LATEST_S = 1e12
+_AFTER_A_COMMA = re.compile(r"(?:^|,)\s*[-+]?0\d")  # no number begins so: it is what a decimal comma leaves
 MOVED_M = 0.006  # the receiver moves from when to when any coordinate is this far from its rest
 
 
@@ -36,16 +41,34 @@ def read_motion(path: Path) -> Motion:
 
 def _trajectory(path: Path) -> Motion:
     """All samples of a trajectory file, in order of time."""
-    lines = path.read_text("utf-8").splitlines()
+    lines = read_lines(path)
+    _check_commas(lines, path)
     try:
-        table = np.loadtxt(lines or ["no samples"], delimiter=",", usecols=range(5), ndmin=2)
+        rows = [line for line in lines if _is_row(line)] or ["no samples"]
+        table = np.loadtxt(rows, delimiter=",", usecols=range(5), ndmin=2)
     except ValueError as error:
         raise BadInputError(f"{path}: not a table of time and position: {error}") from error
-    if not np.isfinite(table).all():
-        raise BadInputError(f"{path}: times and positions must be finite numbers")
+    for name, columns, most in (("times", slice(0, 2), _LATEST_S), ("positions", slice(2, 5), FARTHEST_M)):
+        within = bool((np.abs(table[:, columns]) <= most).all())
+        require(within, f"{path}: {name}", f"finite numbers of at most {most:g}", table[:, columns])
     time_s = table[:, 0] + 1e-9 * table[:, 1]
     order = np.argsort(time_s, kind="stable")
     return Motion(time_s[order], table[order, 2:])
+
+
+def _check_commas(lines: list[str], path: Path) -> None:
+    """Refuse decimal commas: between commas they show as numbers that begin with 0, and as more columns."""
+    rule = "expected numbers with a decimal point, as many as in other lines, and commas between them"
+    width = next((line.count(",") for line in lines if _is_row(line)), 0)
+    for at, line in enumerate(lines, 1):
+        good = ";" not in line and not _AFTER_A_COMMA.search(line) and line.count(",") == width
+        if _is_row(line) and not good:
+            raise BadInputError(f"{path}:{at}: {rule}, got {quoted(line)}")
+
+
+def _is_row(line: str) -> bool:
+    """Whether a line is neither blank nor a comment."""
+    return line.strip() != "" and not line.lstrip().startswith("#")
 
 
 def some_files(folder: Path, pattern: str) -> list[Path]:
@@ -61,14 +84,6 @@ def first_file(folder: Path, pattern: str) -> Path:
     return some_files(folder, pattern)[0]
 
 
-def from_json(text: str, path: Path) -> Any:
-    """JSON of a file, or an error that names it."""
-    try:
-        return json.loads(text)
-    except json.JSONDecodeError as error:
-        raise BadInputError(f"{path}: not JSON: {error}") from error
-
-
 def entry(table: Any, key: str, path: Path) -> Any:
     """What a table of a file holds under a key, or an error that names both."""
     if not isinstance(table, dict) or key not in table:
@@ -76,9 +91,27 @@ def entry(table: Any, key: str, path: Path) -> Any:
     return table[key]
 
 
-def number(table: Any, key: str, path: Path) -> float:
-    """A number that a table of a file holds under a key."""
+def number(table: Any, key: str, path: Path, *, low: float, high: float) -> float:
+    """A number within limits that a table of a file holds under a key."""
     value = entry(table, key, path)
-    if not isinstance(value, int | float):
-        raise BadInputError(f"{path}: key {key!r} must hold a number, got {value!r}")
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    rule = f"hold a number in {low:g}..{high:g}"
+    if not is_number or not low <= value <= high:
+        raise BadInputError(f"{path}: key {key!r} must {rule}, got {quoted(value)}")
     return float(value)
+
+
+def surveyed_m(targets: Any, name: str, truth: Path) -> Float[np.ndarray, "3"]:
+    """Place of a transmitter, map frame, m."""
+    spot = entry(entry(targets, name, truth), "position", truth)
+    told = {f"{name}.{axis}": entry(spot, axis, truth) for axis in "xyz"}
+    return np.array([number(told, key, truth, low=-FARTHEST_M, high=FARTHEST_M) for key in told])
+
+
+def channel_of(about: Any, truth: Path) -> int:
+    """Wi-Fi channel that a survey names."""
+    low, high = CHANNELS_5_GHZ
+    told = {"channel": entry(entry(about, "channel", truth), "value", truth)}
+    found = number(told, "channel", truth, low=low, high=high)
+    require(found.is_integer(), f"{truth}: key 'channel'", "a whole number", found)
+    return int(found)

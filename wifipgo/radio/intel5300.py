@@ -17,6 +17,9 @@ Where a log may end:
 
 A log that ends in the middle of a record at any other size was truncated afterwards,
 and reading it raises `RecordingError`.
+
+The card listens with one to three of its antennas A, B, C, and hands their streams over in any order.
+CSI has a column for each antenna, not for each stream: a packet that C alone heard is in column C.
 """
 
 from pathlib import Path
@@ -50,12 +53,15 @@ HOST_STAMPED = np.dtype(
     [*_STOCK_FIELDS, ("host_s", "<u4"), ("host_us", "<u4"), ("sender", "u1", (6,)), ("frame_count", "<u4")]
 )
 LAYOUTS = (STOCK, HOST_STAMPED)
+ANTENNAS = "ABC"
+_NONE = -1
 
 
 class CsiLog(NamedTuple):
     """CSI records of one log, in file order.
 
-    Antennas that a record did not use hold zeros.
+    Antennas that a record did not use hold zeros, and so do all of a record that names one
+    antenna twice or a fourth one: nothing says who heard what.
     """
 
     header: Shaped[np.ndarray, " records"]  # of dtype STOCK or HOST_STAMPED
@@ -66,6 +72,12 @@ class CsiLog(NamedTuple):
     def time_s(self) -> np.ndarray:
         """Host clock of each record, s since the epoch; host-stamped logs only."""
         return self.header["host_s"] + 1e-6 * self.header["host_us"]
+
+    @property
+    def heard(self) -> Bool[np.ndarray, "records 3"]:
+        """Which of the antennas A, B, C heard each record."""
+        antennas = _antennas_of_streams(self.header)
+        return (antennas[:, :, None] == np.arange(len(ANTENNAS))).any(axis=1)
 
 
 class _Bodies(NamedTuple):
@@ -92,15 +104,18 @@ def decode_csi_log(raw: bytes, *, source: str) -> CsiLog:
     content = np.frombuffer(raw, np.uint8)
     layout = _layout(content, bodies, source)
     header = _gather(content, bodies.starts, layout.itemsize).view(layout)[:, 0]
-    csi = np.zeros((len(header), N_SUBCARRIERS, header["n_rx"].max(), header["n_tx"].max()), np.complex64)
+    antennas = _antennas_of_streams(header)
+    n_columns = max(1, 1 + antennas.max())
+    csi = np.zeros((len(header), N_SUBCARRIERS, n_columns, header["n_tx"].max()), np.complex64)
     for n_rx, n_tx in np.unique(np.stack([header["n_rx"], header["n_tx"]], axis=1), axis=0).tolist():
         of_shape = np.flatnonzero((header["n_rx"] == n_rx) & (header["n_tx"] == n_tx))
         payload = _gather(content, bodies.starts[of_shape] + layout.itemsize, payload_bytes(n_rx * n_tx))
         parts = unpack_payload(payload, n_streams=n_rx * n_tx).astype(np.float32)
         streams = (parts[..., 0] + 1j * parts[..., 1]).reshape(-1, N_SUBCARRIERS, n_rx, n_tx)
-        antennas = _antenna_of_stream(header["antenna_sel"][of_shape], n_rx)
+        known = np.flatnonzero(antennas[of_shape, 0] != _NONE)
         for stream in range(n_rx):
-            csi[of_shape, :, antennas[:, stream], :n_tx] = streams[:, :, stream]
+            rows = of_shape[known]
+            csi[rows, :, antennas[rows, stream], :n_tx] = streams[known, :, stream]
     return CsiLog(header, csi, bodies.end_byte)
 
 
@@ -218,19 +233,32 @@ def _refuse(bodies: _Bodies, bad: Bool[np.ndarray, " records"], expected: str, s
         )
 
 
-def _antenna_of_stream(
-    antenna_sel: UInt8[np.ndarray, " records"], n_rx: int
-) -> Shaped[np.ndarray, "records streams"]:
-    """Antenna of each receive stream; where the card names one twice or too many, the streams' order."""
-    antennas = (antenna_sel[:, None] >> (2 * np.arange(n_rx))) & 3
-    named_once = (np.sort(antennas, axis=1) == np.arange(n_rx)).all(axis=1)
-    return np.where(named_once[:, None], antennas, np.arange(n_rx)).astype(int)
+def _antennas_of_streams(header: Shaped[np.ndarray, " records"]) -> Int[np.ndarray, "records 3"]:
+    """Antenna of each receive stream; `_NONE` past the last one, and where not each names one of its own."""
+    streams = np.arange(len(ANTENNAS))
+    antennas = (header["antenna_sel"][:, None].astype(np.int64) >> 2 * streams) & 3
+    there = streams < header["n_rx"][:, None]
+    named = there[:, :, None] & (antennas[:, :, None] == streams)  # records, streams, antennas
+    sensible = (named.sum(axis=1) <= 1).all(axis=1) & (named.any(axis=2) == there).all(axis=1)
+    return np.where(there & sensible[:, None], antennas, _NONE)
 
 
 def _record(head: np.void, parts: Int8[np.ndarray, "subcarriers rx_antennas tx_streams 2"]) -> bytes:
-    """One record: length, code, header and payload."""
+    """One record: length, code, header and payload; zeros of streams that belong to no antenna."""
     n_rx, n_tx = int(head["n_rx"]), int(head["n_tx"])
-    antennas = _antenna_of_stream(np.array([head["antenna_sel"]], np.uint8), n_rx)[0]
-    streams = parts[:, antennas, :n_tx].reshape(1, N_SUBCARRIERS, n_rx * n_tx, 2)
-    body = head.tobytes() + pack_payload(streams).tobytes()
+    antennas = _antennas_of_streams(np.array([head]))[0, :n_rx]
+    streams = np.where((antennas != _NONE)[:, None, None], parts[:, antennas, :n_tx], np.int8(0))
+    body = head.tobytes() + pack_payload(streams.reshape(1, N_SUBCARRIERS, n_rx * n_tx, 2)).tobytes()
     return (1 + len(body)).to_bytes(2, "big") + bytes([CSI_CODE]) + body
+
+
+def summary(log: CsiLog) -> str:
+    """What a log holds, in a line: records, layout, antennas, and who sent them where it says so."""
+    layout = "stock" if log.header.dtype == STOCK else "host-stamped"
+    heard = ", ".join(f"{name} in {n}" for name, n in zip(ANTENNAS, log.heard.sum(axis=0), strict=True))
+    text = f"a log of {len(log.header)} records, {layout} layout; antenna {heard}"
+    if log.header.dtype == STOCK:
+        return f"{text}; it does not name senders"
+    senders, counts = np.unique(log.header["sender"], axis=0, return_counts=True)
+    told = [f"{sender.tobytes().hex(':')} of {n}" for sender, n in zip(senders, counts, strict=True)]
+    return f"{text}; senders {', '.join(told[:8])}{', ...' * (len(told) > 8)}"

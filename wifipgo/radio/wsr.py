@@ -11,7 +11,6 @@ transmitter; the toolbox itself takes it from the first moving pose.
 
 import re
 import zipfile
-import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,10 +19,21 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int, Shaped
 
-from wifipgo.errors import BadInputError, RecordingError, pick
-from wifipgo.radio._wsr_files import Motion, entry, first_file, from_json, number, read_motion, some_files
-from wifipgo.radio.intel5300 import HOST_STAMPED, N_SUBCARRIERS, CsiLog, read_csi_log
+from wifipgo.errors import BadInputError, RecordingError, pick, require
+from wifipgo.npz_files import read_npz
+from wifipgo.radio._wsr_files import (
+    Motion,
+    channel_of,
+    entry,
+    first_file,
+    number,
+    read_motion,
+    some_files,
+    surveyed_m,
+)
+from wifipgo.radio.intel5300 import CSI_CODE, HOST_STAMPED, N_SUBCARRIERS, CsiLog, read_csi_log, summary
 from wifipgo.radio.materials import SPEED_OF_LIGHT_M_S
+from wifipgo.text_files import parsed_json, read_json
 
 MACS = {
     "rx": "00:21:6a:53:89:d2",
@@ -32,6 +42,8 @@ MACS = {
     "tx4": "00:21:6a:b2:6e:fa",
 }
 PACK_CHANNEL = 108  # packs do not name their Wi-Fi channel; all known ones were recorded on this one
+_DEGREES = {"low": -360.0, "high": 360.0}
+_LARGEST = 1e6  # far more than a report of signed bytes or a position in a room
 MAX_GAP_S = 0.5  # a log that leaves out more than this of either end of the motion was cut
 TRUTH_FILE = "groundtruth_positions.json"
 MACS_FILE = (
@@ -53,6 +65,7 @@ class Link:
     wavelength_m: float
     truth_rad: float  # azimuth in the map frame, from the mean aperture position
     toolbox_rad: tuple[float, ...] = ()  # the toolbox's released peaks, its top one first
+    n_left_out: int = 0  # packets during the motion that antenna A did not hear at both ends
 
 
 def wavelength_m(channel: int) -> float:
@@ -92,22 +105,32 @@ def _parts(path: Path) -> Iterator[list[Link]]:
 def read_pack(path: Path) -> list[Link]:
     """Links of a pack: keys ``meta`` (JSON) and, for link n, ``f{n}``, ``r{n}`` and ``p{n}``."""
     if not zipfile.is_zipfile(path):
-        raise RecordingError(str(path), 0, "a whole .npz pack", "a file that is none, or is cut")
-    try:
-        with path.open("rb") as file, np.load(file) as pack:
-            arrays = {name: pack[name] for name in pack.files}
-    except (zipfile.BadZipFile, zlib.error, EOFError, ValueError) as error:
-        raise RecordingError(str(path), 0, "a whole .npz pack", str(error) or "a cut file") from error
-    links = from_json(str(entry(arrays, "meta", path)), path)
+        raise _no_pack(path)
+    arrays = read_npz(path)
+    links = parsed_json(str(entry(arrays, "meta", path)), f"{path}: key 'meta'")
     if not isinstance(links, list):
         raise BadInputError(f"{path}: key 'meta' is not a list of links")
     return [_packed_link(arrays, n, about, path) for n, about in enumerate(links)]
 
 
+def _no_pack(path: Path) -> BadInputError:
+    """What to say of a file that is no pack: of a log, what it holds, or at which byte it is damaged."""
+    with path.open("rb") as file:
+        begins = file.read(3)
+    if path.suffix == ".npz" or begins[2:] != bytes([CSI_CODE]):
+        return RecordingError(
+            str(path), 0, "a whole .npz pack or a CSI log", "a file that is neither, or is cut"
+        )
+    holds = summary(read_csi_log(path))
+    return BadInputError(
+        f"{path}: expected the folder of a run (logs of both ends, motion capture, survey), got {holds}"
+    )
+
+
 def read_run(folder: Path) -> list[Link]:
     """Links of the runs in a raw folder, one for each ``csi_tx*`` log."""
     truth = first_file(folder, TRUTH_FILE)
-    about = from_json(truth.read_text("utf-8"), truth)
+    about = read_json(truth)
     stamps = [log.stem.removeprefix("csi_rx_") for log in sorted(folder.glob("csi_rx_*.dat"))]
     return [link for stamp in stamps for link in _run_links(folder, stamp, about)]
 
@@ -137,22 +160,23 @@ def _run_links(folder: Path, stamp: str, about: Any) -> Iterator[Link]:
     motion = read_motion(first_file(folder, f"rx_trajectory_{stamp}*.csv"))
     received_path = first_file(folder, f"csi_rx_{stamp}.dat")
     received = _host_stamped(received_path)
-    channel = number(entry(about, "channel", truth), "value", truth)
+    channel = channel_of(about, truth)
     place, targets = (
         entry(entry(about, name, truth), "value", truth) for name in ("true_rx_position", "true_tx_positions")
     )
     macs = _macs(folder)
     for path in some_files(folder, f"csi_tx*_{stamp}.dat"):
         name = path.stem.removeprefix("csi_").removesuffix(f"_{stamp}")
-        spot = entry(entry(targets, name, truth), "position", truth)
-        away_m = [number(spot, axis, truth) for axis in "xyz"] - motion.position_m.mean(axis=0)
+        away_m = surveyed_m(targets, name, truth) - motion.position_m.mean(axis=0)
         answered = _host_stamped(path)
         forward, reverse = pair(
             received, answered, transmitter_mac=pick(macs, name, "transmitter"), receiver_mac=macs["rx"]
         )
         time_s = received.time_s[forward]
         ends = {received_path: received, path: answered}
-        kept = _while_moving(time_s, motion, ends)
+        moving = _while_moving(time_s, motion, ends)
+        kept = moving & received.heard[forward, 0] & answered.heard[reverse, 0]
+        _check_enough(kept, moving, f"{received_path}: antenna A, and that of {name},")
         yield Link(
             set_name=folder.name,
             place=str(place),
@@ -161,15 +185,26 @@ def _run_links(folder: Path, stamp: str, about: Any) -> Iterator[Link]:
             forward=received.csi[forward[kept], :, 0, 0],
             reverse=answered.csi[reverse[kept], :, 0, 0],
             displacement_m=_displacement(time_s[kept], motion),
-            wavelength_m=wavelength_m(round(channel)),
+            wavelength_m=wavelength_m(channel),
             truth_rad=float(np.arctan2(away_m[1], away_m[0])),
+            n_left_out=int(np.count_nonzero(moving & ~kept)),
         )
+
+
+def _check_enough(
+    kept: Bool[np.ndarray, " packets"], moving: Bool[np.ndarray, " packets"], field: str
+) -> None:
+    """Refuse what says nothing about a direction."""
+    n_kept, n_moving = np.count_nonzero(kept), np.count_nonzero(moving)
+    if n_kept < 2:
+        rule = "must hear two packets or more while the receiver moves"
+        raise BadInputError(f"{field} {rule}, got {n_kept} of {n_moving}")
 
 
 def _macs(folder: Path) -> dict[str, str]:
     """Addresses of the robots of a run: those of the data set, and what its ``macs.json`` says instead."""
     path = folder / MACS_FILE
-    told = from_json(path.read_text("utf-8"), path) if path.is_file() else {}
+    told = read_json(path) if path.is_file() else {}
     if not isinstance(told, dict):
         raise BadInputError(f"{path}: not a table of names and MAC addresses")
     for name, mac in told.items():
@@ -214,20 +249,32 @@ def _packed_link(arrays: dict[str, np.ndarray], n: int, about: Any, path: Path) 
     n_packets = len(displacement_m)
     if not forward.shape == reverse.shape == (n_packets, N_SUBCARRIERS, 2) or n_packets < 2:
         raise BadInputError(f"{path}: shapes of f{n} {forward.shape}, r{n} {reverse.shape}, p{n} do not fit")
-    if not np.isfinite(displacement_m).all():
-        raise BadInputError(f"{path}: p{n} must hold finite numbers")
+    _check_numbers({f"f{n}": forward, f"r{n}": reverse, f"p{n}": displacement_m}, path)
+    heard = forward.any(axis=(1, 2)) & reverse.any(axis=(1, 2))
+    _check_enough(heard, np.ones(n_packets, dtype=bool), f"{path}: antennas of link {n}")
+    others_deg = entry({"toolbox_azimuths": []} | about, "toolbox_azimuths", path)
+    require(isinstance(others_deg, list), f"{path}: key 'toolbox_azimuths'", "a list", others_deg)
+    peaks_deg = {f"toolbox_azimuths[{k}]": value for k, value in enumerate(others_deg)}
     return Link(
         set_name=str(entry(about, "set", path)),
         place=str(entry(about, "loc", path)),
         stamp=str(entry(about, "stamp", path)),
         transmitter=str(entry(about, "tx", path)),
-        forward=_complex(forward),
-        reverse=_complex(reverse),
-        displacement_m=displacement_m.astype(float),
+        forward=_complex(forward[heard]),
+        reverse=_complex(reverse[heard]),
+        displacement_m=displacement_m[heard].astype(float),
         wavelength_m=wavelength_m(PACK_CHANNEL),
-        truth_rad=float(np.deg2rad(number(about, "bearing_mean", path))),
-        toolbox_rad=tuple(np.deg2rad(about.get("toolbox_azimuths", [])).tolist()),
+        truth_rad=float(np.deg2rad(number(about, "bearing_mean", path, **_DEGREES))),
+        toolbox_rad=tuple(float(np.deg2rad(number(peaks_deg, k, path, **_DEGREES))) for k in peaks_deg),
+        n_left_out=int(np.count_nonzero(~heard)),
     )
+
+
+def _check_numbers(arrays: dict[str, np.ndarray], path: Path) -> None:
+    """Refuse arrays of a pack that hold no numbers, or some that nothing measures."""
+    for name, array in arrays.items():
+        numbers = array.dtype.kind in "iuf" and bool((np.abs(array.astype(float)) <= _LARGEST).all())
+        require(numbers, f"{path}: {name}", f"finite numbers of at most {_LARGEST:g}", array)
 
 
 def _complex(
