@@ -55,8 +55,8 @@ class RecordingError(BadInputError):
         return type(self), self._given
 
 
-class GraphFileError(BadInputError):
-    """A pose graph file that cannot be read; says in which line and what was expected."""
+class TextFileError(BadInputError):
+    """A text file that cannot be read; says in which line and what was expected."""
 
     def __init__(self, source: str, line: int, expected: str, got: str) -> None:
         """Build the message from the file, the line (0: the whole file), what was expected and found."""
@@ -68,6 +68,10 @@ class GraphFileError(BadInputError):
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
         """Travel between processes."""
         return type(self), self._given
+
+
+class GraphFileError(TextFileError):
+    """A file of a pose graph or a trajectory whose text says what cannot be."""
 
 
 def pick(table: Mapping[str, T], name: object, kind: str) -> T:

@@ -7,10 +7,11 @@ read here lets them stand for themselves.
 
 import json
 import re
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from wifipgo.errors import BadInputError, quoted
+from wifipgo.errors import BadInputError, TextFileError, quoted
 
 _MARKS = {
     b"\xff\xfe\x00\x00": "UTF-32",
@@ -19,8 +20,10 @@ _MARKS = {
     b"\xfe\xff": "UTF-16",
 }
 _AHEAD = re.compile(r"(?m)^[\f\v]+")
+_NO_TEXT = "zero bytes, as in UTF-16 or a file that is no text"
 _BLANK = str.maketrans({"\f": " ", "\v": " "})
 MOST_BYTES = 2**31  # text beyond this is no text that somebody wrote for us
+MOST_IN_LINE = 10**6
 MOST_DIGITS = 400  # more than any float or key has
 
 
@@ -32,13 +35,13 @@ def read_text(path: Path, *, most_bytes: int = MOST_BYTES) -> str:
         most_bytes: How long it may be.
 
     Raises:
-        BadInputError: It is not UTF-8, or longer; names the file and the line.
+        TextFileError: It is not UTF-8, or longer; names the file and the line.
         OSError: It cannot be read.
     """
     with path.open("rb") as file:
         data = file.read(most_bytes + 1)
     if len(data) > most_bytes:
-        raise BadInputError(f"{path}: expected text of at most {most_bytes:,} bytes, got more")
+        raise TextFileError(str(path), 0, f"text of at most {most_bytes:,} bytes", "more")
     return decoded(data, str(path))
 
 
@@ -46,19 +49,19 @@ def decoded(data: bytes, source: str) -> str:
     r"""Text of bytes, all lines ended by ``\n``; ``source`` names them in messages.
 
     Raises:
-        BadInputError: They are not UTF-8.
+        TextFileError: They are not UTF-8.
     """
     coding = next((name for mark, name in _MARKS.items() if data.startswith(mark)), None)
     if coding is None and b"\0" in data:
-        coding = "zero bytes, as in UTF-16 or a file that is no text"
+        coding = _NO_TEXT
     if coding is not None:
-        raise BadInputError(f"{source}: expected text in UTF-8, got {coding}; save it as UTF-8")
+        raise TextFileError(source, 0, "text in UTF-8", f"{coding}; save it as UTF-8")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as problem:
         line = data.count(b"\n", 0, problem.start) + 1
-        got = f"byte 0x{data[problem.start]:02x}"
-        raise BadInputError(f"{source}:{line}: expected text in UTF-8, got {got}; save it as UTF-8") from None
+        got = f"byte 0x{data[problem.start]:02x}; save it as UTF-8"
+        raise TextFileError(source, line, "text in UTF-8", got) from None
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     return _AHEAD.sub("", text).translate(_BLANK) if "\f" in text or "\v" in text else text
 
@@ -67,10 +70,31 @@ def read_lines(path: Path) -> list[str]:
     """Lines of a file, without their ends; line k is the k-th that an editor shows, from 0.
 
     Raises:
-        BadInputError: See `read_text`.
+        TextFileError: It is not UTF-8, or a line or the whole is longer than text is; names the line.
         OSError: It cannot be read.
     """
-    return read_text(path).removesuffix("\n").split("\n")
+    out: list[str] = []
+    left = MOST_BYTES
+    with path.open(encoding="utf-8-sig", errors="surrogateescape") as file:
+        while text := file.readline(MOST_IN_LINE + 1):
+            left -= len(text)
+            if len(text) > MOST_IN_LINE or left < 0:
+                expected = f"lines of at most {MOST_IN_LINE:,} characters, {MOST_BYTES:,} in all"
+                raise TextFileError(str(path), len(out) + 1, expected, "more")
+            out.append(text.removesuffix("\n"))
+            if not text.isascii() or "\0" in text:
+                _need_text(text, str(path), len(out))
+    return out
+
+
+def _need_text(text: str, source: str, line: int) -> None:
+    """Refuse a line with bytes that are no characters, or with none at all."""
+    data = text.encode("utf-8", "surrogateescape")
+    with_mark = next((name for mark, name in _MARKS.items() if line == 1 and data.startswith(mark)), None)
+    bad = next((c for c in text if "\udc80" <= c <= "\udcff"), None)
+    got = with_mark or (_NO_TEXT if "\0" in text else f"byte 0x{ord(bad) - 0xDC00:02x}" if bad else None)
+    if got is not None:
+        raise TextFileError(source, line, "text in UTF-8", f"{got}; save it as UTF-8")
 
 
 def read_json(path: Path) -> Any:
@@ -112,31 +136,33 @@ def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return table
 
 
-def number(word: str, place: str) -> float:
-    """A number as files write it: no decimal comma, no underscores, no thousand digits.
+def number(word: str, source: str, line: int) -> float:
+    """A number as files write it: with a decimal point, without underscores or a thousand digits.
 
     Args:
         word: What should be one.
-        place: File and line, for the message.
+        source: File, for the message.
+        line: Line, for the message.
 
     Raises:
-        BadInputError: It is none.
+        TextFileError: It is none.
     """
     if "," in word:
-        raise BadInputError(f"{place}: expected a number with a decimal point, got a comma in {quoted(word)}")
-    try:
-        if len(word) > MOST_DIGITS or "_" in word or not word.isascii():
-            raise ValueError
-        return float(word)
-    except ValueError:
-        raise BadInputError(f"{place}: expected a number, got {quoted(word)}") from None
+        raise TextFileError(source, line, "a number with a decimal point", f"a comma in {quoted(word)}")
+    if _plain(word):
+        with suppress(ValueError):
+            return float(word)
+    raise TextFileError(source, line, "a number", quoted(word))
 
 
-def whole_number(word: str, place: str) -> int:
+def whole_number(word: str, source: str, line: int) -> int:
     """A whole number in decimal digits; arguments and failures as of `number`."""
-    try:
-        if len(word) > MOST_DIGITS or "_" in word or not word.isascii():
-            raise ValueError
-        return int(word)
-    except ValueError:
-        raise BadInputError(f"{place}: expected a whole number, got {quoted(word)}") from None
+    if _plain(word):
+        with suppress(ValueError):
+            return int(word)
+    raise TextFileError(source, line, "a whole number", quoted(word))
+
+
+def _plain(word: str) -> bool:
+    """Whether Python would read no more into a word than its digits say."""
+    return len(word) <= MOST_DIGITS and "_" not in word and word.isascii()

@@ -105,12 +105,12 @@ def test_a_file_of_the_plane_with_a_lone_robot(tmp_path: Path) -> None:
     place = tmp_path / "team.g2o"
     write_g2o(place, graph)
     with place.open("a") as file:
-        file.write(f"VERTEX_SE2 {ord('d') << 56} 7 7 0\nFIX 0\n")
+        file.write(f"VERTEX_SE2 {ord('d') << 56} 7 7 0\nPRIOR 0\n")
     for backend in ("gtsam", "distributed"):
         main(place, out=tmp_path / backend, lenient=True, backend=backend)
         report = json.loads((tmp_path / backend / "report.json").read_text())
         assert (report["components"], report["poses outside the largest"]) == (2, 1)
-        assert report["lines skipped"] == {"FIX": 1}
+        assert report["lines skipped"] == {"PRIOR": 1}
         assert report["error after"] < 0.1 * report["error before"]
         assert (tmp_path / backend / "optimised.g2o").is_file()
 

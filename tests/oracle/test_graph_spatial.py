@@ -204,3 +204,16 @@ def test_unknown_options_list_the_known_ones() -> None:
         solve_graph(graph, method="newton")
     with pytest.raises(UnknownNameError, match="gnc, huber, none"):
         solve_graph(graph, robust="cauchy")
+
+
+@pytest.mark.parametrize("dims", [3, 7])
+def test_the_pose_that_is_known_is_the_only_one_that_stays(dims: int) -> None:
+    """Which pose of a connected graph stays moves the optimum as a whole, and changes nothing else."""
+    _, graph = random_graph(8, dims=dims, start_noise=0.05)
+    known = np.array([4])
+    held_first, _ = solve_graph(graph)
+    held_other, _ = solve_graph(graph, fixed=known)
+    there = compose(graph.poses[known], inverse_of(held_first[known]))
+    expected = matrices(compose(there, held_first))
+    for found, wanted in zip(matrices(held_other), expected, strict=True):
+        np.testing.assert_allclose(found, wanted, atol=1e-4)

@@ -9,13 +9,18 @@ from graphs import random_graph
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from wifipgo.errors import GraphFileError
+from wifipgo.errors import GraphFileError, TextFileError
 from wifipgo.graph.files import read_g2o, write_g2o
 from wifipgo.graph.keyed import PoseGraph
 from wifipgo.graph.parts import appended, components, of_robots
 
 ONE = " 1 0 0 1 0 1"
 GOOD = f"VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 1 1 0 0{ONE}\n"
+
+
+def symbol(letter: str, index: int, label: str = "\0") -> int:
+    """Key as gtsam's Symbol or LabeledSymbol makes it."""
+    return ord(letter) << 56 | ord(label) << 48 | index
 
 
 def same(a: PoseGraph, b: PoseGraph, atol: float = 1e-15) -> None:
@@ -54,30 +59,30 @@ def test_keys_stay(tmp_path: Path) -> None:
     ("text", "message"),
     [
         (GOOD + "EDGE_SE2 0 1 1 0", r":4: expected 2 keys and 9 numbers after EDGE_SE2, got 4 words"),
-        (GOOD + "VERTEX_SE2 two 0 0 0", ":4: expected whole keys and plain numbers"),
+        (GOOD + "VERTEX_SE2 two 0 0 0", ":4: expected a whole number, got 'two'"),
         (GOOD + "LANDMARK 3", ":4: expected one of VERTEX_SE2, .*got 'LANDMARK'"),
         (GOOD + "VERTEX_SE2 1 1 0 0", r"vertex 1 again, as in .*:2"),
         (GOOD + "VERTEX_SE2 2 nan 0 0", ":4: expected finite numbers"),
         (GOOD + f"EDGE_SE2 0 7 1 0 0{ONE}", ":4: expected keys of vertices, got no vertex 7"),
         (GOOD + f"EDGE_SE2 1 1 1 0 0{ONE}", ":4: expected an edge between two poses"),
         (GOOD + "EDGE_SE2 0 1 1 0 0 1 0 0 -1 0 1", ":4: expected a positive definite information matrix"),
-        (GOOD + "VERTEX_SE2 9223372036854775807 0 0 0", ":4: expected keys whose top byte is 0 or a letter"),
+        (GOOD + "VERTEX_SE2 9223372036854775807 0 0 0", r":4: expected keys below 2\^48 or gtsam symbols"),
         (GOOD + "VERTEX_SE3:QUAT 2 0 0 0 0 0 0 1", ":4: expected lines of the plane or of space"),
         ("VERTEX_SE3:QUAT 2 0 0 0 0 0 0 2", ":1: expected a quaternion of length 1, got length 2"),
-        ("# nothing", "expected at least one vertex, got none"),
+        ("# nothing", "expected at least one vertex or edge, got none"),
     ],
 )
 def test_a_broken_line_is_named(tmp_path: Path, text: str, message: str) -> None:
     place = tmp_path / "broken.g2o"
     place.write_text(text)
-    with pytest.raises(GraphFileError, match=message):
+    with pytest.raises(TextFileError, match=message):
         read_g2o(place)
 
 
 def test_unknown_tags_are_skipped_on_request_only(tmp_path: Path) -> None:
     place = tmp_path / "more.g2o"
-    place.write_text(GOOD + "FIX 0\nLANDMARK 1\nLANDMARK 2\n")
-    assert read_g2o(place, lenient=True).skipped == {"FIX": 1, "LANDMARK": 2}
+    place.write_text(GOOD + "EDGE_PRIOR 0\nLANDMARK 1\nLANDMARK 2\n")
+    assert read_g2o(place, lenient=True).skipped == {"EDGE_PRIOR": 1, "LANDMARK": 2}
 
 
 def test_two_files_must_agree_on_a_meeting(tmp_path: Path) -> None:
@@ -96,7 +101,9 @@ def test_two_files_must_agree_on_a_meeting(tmp_path: Path) -> None:
 
 def test_a_robot_without_any_edge_is_a_part_of_its_own(tmp_path: Path) -> None:
     place = tmp_path / "lone.g2o"
-    place.write_text(GOOD + f"VERTEX_SE2 {ord('c') << 56} 5 5 0")
+    a, b, c = (symbol("a", 0), symbol("a", 1), symbol("c", 0))
+    vertices = "".join(f"VERTEX_SE2 {key} 5 5 0\n" for key in (a, b, c))
+    place.write_text(f"{vertices}EDGE_SE2 {a} {b} 1 0 0{ONE}\n")
     graph = read_g2o(place).graph
     assert graph.robots.tolist() == [0, 2]
     assert components(graph).tolist() == [0, 0, 1]

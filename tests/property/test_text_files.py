@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from wifipgo.errors import BadInputError
+from wifipgo.errors import BadInputError, TextFileError
 from wifipgo.scenario_files import read_toml
 from wifipgo.text_files import number, read_json, read_lines, read_text, whole_number
 
@@ -34,8 +34,9 @@ def test_form_feeds_are_blanks(tmp_path: Path) -> None:
 def test_other_unicode_is_named(tmp_path: Path, coding: str) -> None:
     path = tmp_path / "wide.txt"
     path.write_bytes("seed = 1\n".encode(coding))
-    with pytest.raises(BadInputError, match=rf"wide.txt: expected text in UTF-8, got .*{coding[:6].upper()}"):
-        read_text(path)
+    for reader in (read_text, read_lines):
+        with pytest.raises(TextFileError, match=r"wide.txt.* expected text in UTF-8, got .*UTF-(16|32)"):
+            reader(path)
 
 
 def test_an_undecodable_byte_is_named_by_its_line(tmp_path: Path) -> None:
@@ -43,6 +44,8 @@ def test_an_undecodable_byte_is_named_by_its_line(tmp_path: Path) -> None:
     path.write_bytes("a\nb\ncaf\u00e9\n".encode("latin-1"))
     with pytest.raises(BadInputError, match=r"latin.txt:3: expected text in UTF-8, got byte 0xe9"):
         read_text(path)
+    with pytest.raises(TextFileError, match=r"latin.txt:3: expected text in UTF-8, got byte 0xe9"):
+        read_lines(path)
 
 
 def test_what_is_far_too_long_is_not_read_whole(tmp_path: Path) -> None:
@@ -50,18 +53,21 @@ def test_what_is_far_too_long_is_not_read_whole(tmp_path: Path) -> None:
     path.write_bytes(b"x" * 101)
     with pytest.raises(BadInputError, match=r"long.txt: expected text of at most 100 bytes"):
         read_text(path, most_bytes=100)
+    path.write_bytes(b"x\n" + b"1" * 10**7)
+    with pytest.raises(TextFileError, match=r"long.txt:2: expected lines of at most"):
+        read_lines(path)
 
 
 @pytest.mark.parametrize("text", ["1.5", "-2", "1e-3", "nan", "+7"])
 def test_numbers_are_what_python_makes_of_them(text: str) -> None:
-    assert repr(number(text, "here")) == repr(float(text))
+    assert repr(number(text, "here", 1)) == repr(float(text))
 
 
 @pytest.mark.parametrize("text", ["1,5", "1_0", "x", "", "0x1", "\u0663", "9" * 10**6])
 def test_what_no_file_calls_a_number(text: str) -> None:
     for reader in (number, whole_number):
         with pytest.raises(BadInputError, match=r"^here:3: expected a") as caught:
-            reader(text, "here:3")
+            reader(text, "here", 3)
         assert len(str(caught.value)) < 500
 
 

@@ -1,26 +1,45 @@
 """Lines of g2o files: what each means, checked where it stands."""
 
-import string
+import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt
 
-from wifipgo.errors import GraphFileError
+from wifipgo.errors import GraphFileError, quoted
 from wifipgo.graph.keyed import FREEDOM, UNIT_LENGTH_ATOL, PoseGraph, is_information
+from wifipgo.text_files import number, read_lines, whole_number
 
-LETTERS = string.ascii_lowercase + string.ascii_uppercase
-INDEX_BITS = 56
-# Tag: (whether an edge, numbers of a pose row).
-TAGS = {
-    "VERTEX_SE2": (False, 3),
-    "EDGE_SE2": (True, 3),
-    "VERTEX_SE3:QUAT": (False, 7),
-    "EDGE_SE3:QUAT": (True, 7),
-}
+
+class Form(NamedTuple):
+    """What stands after a tag: so many keys, and so many numbers."""
+
+    keys: int
+    numbers: int
+
+
+# Numbers of a pose row by tag.
+VERTICES: Mapping[str, int] = MappingProxyType({"VERTEX_SE2": 3, "VERTEX_SE3:QUAT": 7})
+EDGES: Mapping[str, int] = MappingProxyType({"EDGE_SE2": 3, "EDGE_SE3:QUAT": 7})
+DIMS: Mapping[str, int] = MappingProxyType({**VERTICES, **EDGES})
+FIX = "FIX"  # its keys are of poses that are known and stay
+# Points and what was measured of them, which no solver here reads. The first key is the pose's.
+LANDMARKS: Mapping[str, Form] = MappingProxyType(
+    {
+        "VERTEX_XY": Form(1, 2),
+        "EDGE_SE2_XY": Form(2, 5),
+        "EDGE_BEARING_SE2_XY": Form(2, 2),
+        "VERTEX_TRACKXYZ": Form(1, 3),
+        "EDGE_SE3_TRACKXYZ": Form(3, 9),
+        "PARAMS_SE2OFFSET": Form(1, 3),
+        "PARAMS_SE3OFFSET": Form(1, 7),
+    }
+)
+POINTS = ("VERTEX_XY", "VERTEX_TRACKXYZ")
 
 
 class Line(NamedTuple):
@@ -33,60 +52,84 @@ class Line(NamedTuple):
     values: tuple[float, ...]
 
 
-def read_lines(file: Path, skipped: Counter[str], *, lenient: bool) -> list[Line]:
-    """All lines of a file that mean something."""
-    out = []
-    for number, text in enumerate(file.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+class FileLines(NamedTuple):
+    """All lines of one file that mean something.
+
+    Attributes:
+        robot: Whose file it is by its name; nobody's if the name says nothing.
+        vertices: Poses.
+        edges: Measurements between two poses.
+        fixes: Lines with the keys of poses that stay.
+        landmarks: Lines of points, as they were written.
+        points: Keys of points.
+    """
+
+    robot: int | None
+    vertices: list[Line]
+    edges: list[Line]
+    fixes: list[Line]
+    landmarks: list[str]
+    points: set[int]
+
+
+def file_lines(file: Path, robot: int | None, skipped: Counter[str], *, lenient: bool) -> FileLines:
+    """Read a file; unknown tags are counted if that is wanted, else refused."""
+    out = FileLines(robot, [], [], [], [], set())
+    for n, text in enumerate(read_lines(file), 1):
         words = text.split()
         if not words or words[0].startswith("#"):
             continue
-        if words[0] in TAGS:
-            out.append(_line(str(file), number, words))
+        tag = words[0]
+        if tag in VERTICES:
+            out.vertices.append(_pose_line(str(file), n, words, Form(1, VERTICES[tag])))
+        elif tag in EDGES:
+            freedom = FREEDOM[EDGES[tag]]
+            form = Form(2, EDGES[tag] + freedom * (freedom + 1) // 2)
+            out.edges.append(_pose_line(str(file), n, words, form))
+        elif tag == FIX:
+            out.fixes.append(_line(str(file), n, words, Form(max(len(words) - 1, 1), 0)))
+        elif tag in LANDMARKS:
+            line = _line(str(file), n, words, LANDMARKS[tag])
+            out.landmarks.append(text.strip())
+            out.points.update(line.keys[:1] if tag in POINTS else ())
         elif lenient:
-            skipped[words[0]] += 1
+            skipped[tag[:40]] += 1
         else:
-            expected = f"one of {', '.join(TAGS)} (--lenient skips others)"
-            raise GraphFileError(str(file), number, expected, repr(words[0][:40]))
+            expected = f"one of {', '.join((*DIMS, FIX, *LANDMARKS))} (--lenient skips others)"
+            raise GraphFileError(str(file), n, expected, quoted(tag[:40]))
     return out
 
 
-def _line(source: str, number: int, words: Sequence[str]) -> Line:
-    """Keys and numbers of one line, checked."""
-    is_edge, dims = TAGS[words[0]]
-    n_keys, freedom = 1 + is_edge, FREEDOM[dims]
-    n_values = dims + is_edge * freedom * (freedom + 1) // 2
-    if len(words) != 1 + n_keys + n_values:
-        expected = f"{n_keys} key{'s' * is_edge} and {n_values} numbers after {words[0]}"
-        raise GraphFileError(source, number, expected, f"{len(words) - 1} words")
-    try:
-        keys = tuple(int(word) for word in words[1 : 1 + n_keys])
-        values = tuple(float(word) for word in words[1 + n_keys :])
-    except ValueError as error:
-        raise GraphFileError(source, number, "whole keys and plain numbers", str(error)) from error
-    line = Line(source, number, words[0], keys, values)
-    _check(line, dims)
-    return line
+def _line(source: str, n: int, words: Sequence[str], form: Form) -> Line:
+    """Keys and numbers of one line."""
+    if len(words) != 1 + form.keys + form.numbers:
+        expected = f"{form.keys} key{'s' * (form.keys > 1)} and {form.numbers} numbers after {words[0]}"
+        raise GraphFileError(source, n, expected, f"{len(words) - 1} words")
+    keys = tuple(whole_number(word, source, n) for word in words[1 : 1 + form.keys])
+    values = tuple(number(word, source, n) for word in words[1 + form.keys :])
+    bad = [value for value in values if not np.isfinite(value)]
+    if bad:
+        raise GraphFileError(source, n, "finite numbers", str(bad))
+    return Line(source, n, words[0], keys, values)
 
 
-def _check(line: Line, dims: int) -> None:
-    """Refuse values that mean nothing."""
-    values = np.array(line.values)
+def _pose_line(source: str, n: int, words: Sequence[str], form: Form) -> Line:
+    """A pose or a measurement; values that mean nothing are refused."""
+    line = _line(source, n, words, form)
+    values, dims = np.array(line.values), DIMS[line.tag]
 
     def need(holds: bool | np.bool_, expected: str, got: object) -> None:
         if not holds:
-            raise GraphFileError(line.source, line.number, expected, str(got))
+            raise GraphFileError(source, n, expected, str(got))
 
-    letters = [key >> INDEX_BITS for key in line.keys]
-    known = all(letter == 0 or (0 < letter < 128 and chr(letter) in LETTERS) for letter in letters)
-    need(known, "keys whose top byte is 0 or a letter", line.keys)
-    need(np.isfinite(values).all(), "finite numbers", values[~np.isfinite(values)])
     if dims == 7:
-        norm = np.linalg.norm(values[3:7])
+        norm = math.hypot(*line.values[3:7])
         need(abs(norm - 1.0) <= UNIT_LENGTH_ATOL, "a quaternion of length 1", f"length {norm:.6g}")
-    if len(line.keys) == 2:
+    if form.keys == 2:
         need(line.keys[0] != line.keys[1], "an edge between two poses", f"{line.keys[0]} twice")
         information = full(values[None, dims:], FREEDOM[dims])
         need(is_information(information)[0], "a positive definite information matrix", values[dims:])
+    return line
 
 
 def full(upper: Float[np.ndarray, "n numbers"], freedom: int) -> Float[np.ndarray, "n freedom freedom"]:
@@ -105,6 +148,11 @@ def pose_lines(
     tag = "VERTEX_SE2" if graph.freedom == 3 else "VERTEX_SE3:QUAT"
     for key, pose in zip(keys[chosen].tolist(), graph.poses[chosen].tolist(), strict=True):
         yield " ".join((tag, str(key), *map(repr, pose)))
+
+
+def fix_lines(keys: UInt[np.ndarray, " poses"], chosen: Bool[np.ndarray, " poses"]) -> Iterator[str]:
+    """A line for each pose that is known."""
+    yield from (f"{FIX} {key}" for key in keys[chosen].tolist())
 
 
 def edge_lines(

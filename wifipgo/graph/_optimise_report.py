@@ -60,7 +60,13 @@ class Results(NamedTuple):
         partial.mkdir(parents=True)
         graph = reading.graph
         solved = graph.with_poses(poses)
-        write_g2o(partial / ("optimised.g2o" if single else "optimised"), solved, keys=reading.keys)
+        write_g2o(
+            partial / ("optimised.g2o" if single else "optimised"),
+            solved,
+            keys=reading.keys,
+            fixed=reading.fixed,
+            landmarks=reading.landmarks,
+        )
         write_tum(partial / "tum", graph, poses)
         write_kitti(partial / "kitti", graph, poses)
         draw(partial / "before_after.png", graph, poses, weight)

@@ -157,14 +157,14 @@ def moved(R: Float[np.ndarray, "n d d"], x: Float[np.ndarray, "n k"]) -> Poses:
 
 
 def two_stage(graph: PoseGraph, poses: Poses, fixed: Int[np.ndarray, " fixed"] | None = None) -> Poses:
-    """Both linear problems, by a centre that knows all; first poses of parts and ``fixed`` ones stay."""
+    """Both linear problems, by a centre that knows all; ``fixed`` poses stay, see `held`."""
     edges, rows = links(graph), held(graph, fixed)
     Y = _solved(rotation_normal(edges), edges, np.swapaxes(poses.R, 1, 2), rows)
     return gauss_newton_step(edges, Poses(nearest_rotations(np.swapaxes(Y, 1, 2)), poses.t_m), rows)
 
 
 def chordal_optimum(graph: PoseGraph, poses: Poses, fixed: Int[np.ndarray, " fixed"] | None = None) -> Poses:
-    """Least F, by Gauss-Newton from a start near it; first poses of parts and ``fixed`` ones stay."""
+    """Least F, by Gauss-Newton from a start near it; ``fixed`` poses stay, see `held`."""
     edges, rows = links(graph), held(graph, fixed)
     for _ in range(MAX_STEPS):
         last, poses = poses, gauss_newton_step(edges, poses, rows)

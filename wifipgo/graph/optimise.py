@@ -14,7 +14,7 @@ from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 import tyro
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from wifipgo.errors import require
 from wifipgo.graph.chordal import chordal_cost, links, matrices
@@ -53,12 +53,18 @@ class Outcome(NamedTuple):
 
 
 def optimise(
-    graph: PoseGraph, *, backend: Backend = "gtsam", robust: Robust = "none", threshold: float = 0.01
+    graph: PoseGraph,
+    *,
+    fixed: Int[np.ndarray, " fixed"] | None = None,
+    backend: Backend = "gtsam",
+    robust: Robust = "none",
+    threshold: float = 0.01,
 ) -> Outcome:
     """Optimise a graph.
 
     Args:
         graph: Poses and measurements.
+        fixed: Rows of poses that are known; the first of each part without any stays besides.
         backend: One computer by gtsam, or the robots by themselves.
         robust: What guards against outliers.
         threshold: At which movement the robots stop, see `DistributedConfig`.
@@ -76,16 +82,18 @@ def optimise(
     loss = robust if robust in {"huber", "gnc"} else "none"
     guarded = graph.with_weight(graph.weight * weight)
     if backend == "gtsam":
-        poses, report = solve_graph(guarded, robust=loss)
+        poses, report = solve_graph(guarded, fixed=fixed, robust=loss)
         for down in report.weighed_down:
             weight[down.rows] = down.weight
-        done = at_minimum(graph.with_weight(graph.weight * weight), poses)
+        done = at_minimum(graph.with_weight(graph.weight * weight), poses, fixed)
         return Outcome(poses, weight, (report.iterations,), done, 0, time.perf_counter() - begin)
     channel, config = Channel(), DistributedConfig(threshold=threshold)
     if loss == "none":
-        poses, told = solve_distributed(guarded, config=config, channel=channel)
+        poses, told = solve_distributed(guarded, fixed=fixed, config=config, channel=channel)
     else:
-        poses, told, weight = solve_reweighted(guarded, robust=loss, config=config, channel=channel)
+        poses, told, weight = solve_reweighted(
+            guarded, robust=loss, fixed=fixed, config=config, channel=channel
+        )
     seconds = time.perf_counter() - begin
     return Outcome(poses, weight, told.rounds, told.converged, channel.bytes_sent, seconds)
 
@@ -115,6 +123,10 @@ def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) ->
         "bytes sent": outcome.bytes_sent,
         "converged": outcome.converged,
         "seconds": outcome.seconds,
+        "poses known by FIX": len(reading.fixed),
+        "first poses": "from the measurements, the files have none" if reading.guessed else "of the files",
+        "lines of landmarks, kept as they are": len(reading.landmarks),
+        "files of no robot": ", ".join(reading.left_out) or "none",
         "lines skipped": reading.skipped,
     }
 
@@ -150,7 +162,9 @@ def main(
     try:
         results = Results.claim(out, overwrite=overwrite)
         reading = read_g2o(path, lenient=lenient)
-        outcome = optimise(reading.graph, backend=backend, robust=robust, threshold=threshold)
+        outcome = optimise(
+            reading.graph, fixed=reading.fixed, backend=backend, robust=robust, threshold=threshold
+        )
         table = figures(reading, outcome, backend=backend, robust=robust)
         results.publish(reading, outcome.poses, outcome.weight, table, single=path.is_file())
     except (OSError, ValueError, RuntimeError) as error:

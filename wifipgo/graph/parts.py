@@ -74,9 +74,12 @@ def anchors(graph: PoseGraph) -> Int[np.ndarray, " components"]:
 
 
 def held(graph: PoseGraph, fixed: Int[np.ndarray, " fixed"] | None) -> Int[np.ndarray, " held"]:
-    """Rows of poses that stay: first poses of parts, and those that are known besides."""
+    """Rows of poses that stay: those that are known, and first poses of parts where none is."""
     first = anchors(graph)
-    return first if fixed is None else np.union1d(first, fixed)
+    if fixed is None:
+        return first
+    part = components(graph)
+    return np.union1d(first[~np.isin(part[first], part[fixed])], fixed)
 
 
 def from_team(poses: Float[np.ndarray, "robots times 3"], edges: Edges) -> PoseGraph:

@@ -32,7 +32,7 @@ def solve_reweighted(
 ) -> tuple[Float[np.ndarray, "poses dims"], DistributedReport, Float[np.ndarray, " edges"]]:
     """Distributed solution under a robust loss, "huber" or "gnc".
 
-    Poses in the rows ``fixed`` are known and stay, besides the first of each part.
+    Poses in the rows ``fixed`` are known and stay, as does the first of each part without any.
 
     Returns:
         Pose rows; the report of the last solution, with all rounds, and whether the weights settled;

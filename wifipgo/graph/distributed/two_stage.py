@@ -62,7 +62,7 @@ def solve_distributed(
     Args:
         graph: Poses and measurements; those of weight zero are dropped.
         start: Where the search starts; the graph's own poses if left out.
-        fixed: Rows of poses that are known and stay, besides the first of each part.
+        fixed: Rows of poses that are known and stay, as does the first of each part without any.
         config: How to iterate.
         channel: Carries the messages; lossless and without delay if left out.
 

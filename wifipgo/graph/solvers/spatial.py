@@ -57,7 +57,7 @@ def solve_graph(
     Args:
         graph: Poses and measurements; those of weight zero are dropped.
         start: Where the search starts, the last optimum say; the graph's own poses if left out.
-        fixed: Rows of poses that are known and stay, besides the first of each part.
+        fixed: Rows of poses that are known and stay, as does the first of each part without any.
         method: One of `METHODS`.
         initial: One of `INITIAL`: what is made of the start before the search.
         robust: One of `ROBUST`, for all measurements but odometry, which is trusted.
@@ -112,14 +112,19 @@ def marginal_covariances(
 
 
 @one_thread
-def at_minimum(graph: PoseGraph, estimate: Float[np.ndarray, "poses dims"]) -> bool:
+def at_minimum(
+    graph: PoseGraph,
+    estimate: Float[np.ndarray, "poses dims"],
+    fixed: Int[np.ndarray, " fixed"] | None = None,
+) -> bool:
     """Whether one more step would gain nothing: a search may also end because it cannot go on.
 
     Args:
         graph: Poses and measurements, under the weights that a robust loss ended with.
         estimate: Where the search ended.
+        fixed: Poses that are known.
     """
-    factors, _ = _factors(graph, estimate, None, huber=False)
+    factors, _ = _factors(graph, estimate, fixed, huber=False)
     values = _values(estimate)
     here = factors.error(values)
     if not np.isfinite(here):
