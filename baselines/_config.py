@@ -9,9 +9,12 @@ from typing import Annotated
 import tyro
 
 from baselines._plan import Plan, read_record
+from baselines._specs import split_list
+from baselines.policies import POLICIES
+from wifipgo.overrides import Overrides, joined
 from wifipgo.scenario_files import SUFFIX
 from wifipgo.scenarios import Scenario, scenario_from, scenario_named
-from wifipgo.settings import key_value
+from wifipgo.settings import settings
 
 SCENARIO = tyro.constructors.PrimitiveConstructorSpec[str | Scenario](
     nargs=1,
@@ -53,7 +56,7 @@ class EvaluateConfig:
     policies: str = "active,random"
     trials: int = 20
     seed: int = 0
-    overrides: Annotated[tuple[str, ...], tyro.conf.arg(name="set", metavar="KEY=VALUE ...")] = ()
+    overrides: Overrides = ()
     out: Path = Path("results/evaluate")
     overwrite: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     resume: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
@@ -72,8 +75,8 @@ def plan_of(config: EvaluateConfig) -> Plan:
     given = config.scenario
     scenario = given if isinstance(given, Scenario) else scenario_named(given)
     return Plan(
-        scenario=scenario.with_overrides(**dict(map(key_value, config.overrides))),
-        policies=tuple(policy.strip() for policy in config.policies.split(",") if policy.strip()),
+        scenario=scenario.with_overrides(**settings(config.overrides)),
+        policies=split_list(config.policies, POLICIES),
         trials=config.trials,
         seed=config.seed,
     )
@@ -120,4 +123,4 @@ def parsed(args: Sequence[str] | None = None) -> EvaluateConfig:
 
 
 def _cli(args: Sequence[str] | None, default: EvaluateConfig) -> EvaluateConfig:
-    return tyro.cli(EvaluateConfig, prog="python -m baselines.evaluate", args=args, default=default)
+    return tyro.cli(EvaluateConfig, prog="python -m baselines.evaluate", args=joined(args), default=default)

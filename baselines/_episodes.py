@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
 from wifipgo.threads import one_thread
-from wifipgo.whole_files import appearing
+from wifipgo.whole_files import read_sealed, write_sealed
 
 LAST = 10
 
@@ -57,13 +58,17 @@ class Episode:
         arrays |= {name: getattr(self, name) for name in _ARRAYS}
         arrays |= {f"obstacle/{k}": corners for k, corners in enumerate(self.obstacles_m)}
         scalars = {name: getattr(self, name) for name in _SCALARS}
-        with appearing(path) as unfinished, unfinished.open("wb") as file:
-            np.savez(file, allow_pickle=False, scalars=np.array(json.dumps(scalars)), **arrays)
+        np.savez(buffer := BytesIO(), allow_pickle=False, scalars=np.array(json.dumps(scalars)), **arrays)
+        write_sealed(path, buffer.getvalue())
 
     @classmethod
     def load(cls, path: Path) -> "Episode":
-        """Read what `save` wrote."""
-        with np.load(path, allow_pickle=False) as file:
+        """Read what `save` wrote.
+
+        Raises:
+            BadInputError: The file was damaged; names it.
+        """
+        with np.load(BytesIO(read_sealed(path)), allow_pickle=False) as file:
             arrays = dict(file)
         return cls(
             **json.loads(str(arrays.pop("scalars"))),

@@ -7,11 +7,13 @@ takes nothing with it: its item is tried once more, then reported, and the rest 
 import importlib
 import multiprocessing
 import os
+import sys
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
@@ -74,6 +76,18 @@ class Executor:
     def slots(self, n_items: int) -> int:
         """Items that run at once, of so many."""
         return 1 if self.name == "serial" else max(1, min(self.jobs or cores(), n_items))
+
+    def check_script(self, n_items: int) -> None:
+        """Refuse processes where they could not load the program again: a script from standard input.
+
+        Raises:
+            BadInputError: Says what to do instead.
+        """
+        script = getattr(sys.modules["__main__"], "__file__", None)
+        lost = script is not None and not Path(script).is_file()
+        apart = self.name == "process" and self.slots(n_items) > 1
+        rule = "1 in a script from standard input, which other processes cannot load; or give it a file"
+        require(not (lost and apart), "jobs", rule, self.jobs)
 
     def outcomes(self, work: Work[Item, Any], items: Sequence[Item]) -> Iterator[Outcome[Item]]:
         """Carry the work out on every item; one that raises stops no other.

@@ -1,5 +1,6 @@
 """Films and stills on disk: there whole or not at all."""
 
+import errno
 import importlib.util
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
@@ -57,8 +58,33 @@ def _mp4(path: Path, fps: int) -> Iterator[Add]:
     writer = imageio.get_writer(
         path, format="FFMPEG", fps=fps, codec="libx264", quality=8, pixelformat="yuv420p"
     )
-    with writer, _held(writer.append_data, fps) as add:
+    n = 0
+
+    def count(frame: np.ndarray) -> None:
+        nonlocal n
+        writer.append_data(frame)
+        n += 1
+
+    with writer, _held(count, fps) as add:
         yield add
+    _check_playable(path, n)
+
+
+def _check_playable(path: Path, n_frames: int) -> None:
+    """Refuse a film that lacks pictures: ffmpeg may end on a full disk without a word.
+
+    Raises:
+        OSError: It cannot be played, or not to its end.
+    """
+    from imageio_ffmpeg import count_frames_and_secs  # noqa: PLC0415 (belongs to an extra)
+
+    try:
+        found = count_frames_and_secs(path)[0]
+    except Exception:
+        found = 0
+    if found != n_frames:
+        why = f"the film was not written whole ({found} of {n_frames} pictures): is the disk full?"
+        raise OSError(errno.EIO, why, str(path))
 
 
 @contextmanager

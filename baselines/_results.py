@@ -1,12 +1,11 @@
 """Results on disk: finished episodes are kept as they come, the rest appears whole or not at all.
 
 An evaluation into ``out`` works in ``out.partial`` beside it, which holds a ``config.json``, one file
-for each finished episode and, at the end, the results, which are then renamed to ``out``.
+for each finished episode and, at the end, the results, which are then renamed to ``out``. Pictures
+are drawn after that.
 """
 
-import os
 import shutil
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -18,11 +17,13 @@ import pandas as pd
 from baselines._episodes import Episode
 from baselines._plan import differences, read_record
 from baselines._statistics import Summary
+from wifipgo import results_folder
 from wifipgo.errors import BadInputError, require
 from wifipgo.whole_files import write_json
 
 PICTURES = ("err.png", "arena.png")
-FILES = ("episodes.parquet", "steps.parquet", "summary.json", "config.json", *PICTURES)
+FILES = ("episodes.parquet", "steps.parquet", "summary.json", "config.json")
+KIND = "evaluate"
 
 
 def partial_of(out: Path) -> Path:
@@ -31,15 +32,25 @@ def partial_of(out: Path) -> Path:
 
 
 def is_complete(out: Path) -> bool:
-    """Whether a folder holds an evaluation."""
+    """Whether a folder holds an evaluation; its pictures are drawn last and may be missing."""
     return all((out / name).is_file() for name in FILES)
 
 
-def claim(out: Path, record: Mapping[str, Any], *, overwrite: bool, resume: bool) -> Path:
+def claim(
+    out: Path, record: Mapping[str, Any], names: Sequence[str], *, overwrite: bool, resume: bool
+) -> Path:
     """Make the working folder, or take up that of an interrupted run.
 
+    Args:
+        out: Folder of the results.
+        record: What decides them.
+        names: Files of the episodes that will be in the working folder.
+        overwrite: Whether results and interrupted runs may go.
+        resume: Whether to take up an interrupted run.
+
     Raises:
-        ValueError: There are results or an interrupted run, and no leave to replace or continue them.
+        BadInputError: There are results or an interrupted run, and no leave to replace or continue
+            them, or files that no evaluation wrote.
         OSError: The folder cannot be made.
     """
     partial = partial_of(out)
@@ -49,24 +60,21 @@ def claim(out: Path, record: Mapping[str, Any], *, overwrite: bool, resume: bool
         if not overwrite:
             kept = f"{partial} holds {n_done} episodes of an interrupted run"
             raise BadInputError(f"{kept}: --resume continues it, --overwrite starts over")
-        _remove(partial)
+        results_folder.remove(partial, KIND)
     if partial.exists():
         _same(partial, record)
-    partial.mkdir(parents=True, exist_ok=True)
+    results_folder.begin(partial, KIND)
+    results_folder.note(partial, ["config.json", "failures.txt", "results/", *names])
     write_json(partial / "config.json", record)
     return partial
 
 
 def _may_replace(out: Path, *, overwrite: bool) -> None:
     """Refuse to replace what is there, and ever to replace what is not an evaluation."""
-    if not out.exists():
-        return
-    require(out.is_dir(), "out", "a folder", str(out))
-    found = {path.name for path in out.iterdir()}
-    if found:
+    require(out.is_dir() or not out.exists(), "out", "a folder", str(out))
+    if out.exists() and any(out.iterdir()):
         require(overwrite, "out", "new or empty (--overwrite replaces what is there)", str(out))
-        others = sorted(found - set(FILES))
-        require(not others, "out", f"an evaluation to be replaced, but it also holds {others[:3]}", str(out))
+        results_folder.check_replaceable(out, KIND)
 
 
 def _same(partial: Path, record: Mapping[str, Any]) -> None:
@@ -85,20 +93,9 @@ def refuse_other(saved: Path, record: Mapping[str, Any], rule: str) -> None:
         raise BadInputError(f"{rule}: {saved} differs in {fields}")
 
 
-def _remove(partial: Path) -> None:
-    """Remove an interrupted run, and nothing else."""
-    require((partial / "config.json").is_file(), "out", "clear of a folder that is not ours", str(partial))
-    shutil.rmtree(partial)
-
-
 def episode_path(partial: Path, policy: int, trial: int) -> Path:
     """File of one finished episode; the policy by its place in the list."""
     return partial / f"{policy:02d}-{trial:05d}.npz"
-
-
-def is_done(path: Path) -> bool:
-    """Whether an episode was finished and its file is sound."""
-    return zipfile.is_zipfile(path)
 
 
 def episodes_frame(episodes: Sequence[Episode]) -> pd.DataFrame:
@@ -136,11 +133,3 @@ def clean_staging(partial: Path) -> Path:
     shutil.rmtree(staging, ignore_errors=True)
     staging.mkdir()
     return staging
-
-
-def publish(staging: Path, out: Path) -> None:
-    """Rename complete results to ``out``; what was there goes only then, and the working folder last."""
-    if out.exists():
-        os.replace(out, staging.with_name("replaced"))
-    os.replace(staging, out)
-    shutil.rmtree(partial_of(out))

@@ -1,17 +1,51 @@
 """Policies with parameters as text: ``active:err_threshold=0.5``."""
 
 import inspect
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from wifipgo.errors import UnknownNameError
-from wifipgo.settings import fitted, key_value
+from wifipgo.settings import fitted, settings
 
 
 def split_spec(spec: str) -> tuple[str, dict[str, Any]]:
-    """Name and parameters of ``name:key=value:key=value``."""
-    name, *pairs = spec.strip().split(":")
-    return name, dict(map(key_value, pairs))
+    r"""Name and parameters of ``name:key=value:key=value``.
+
+    A colon separates only where ``key=`` follows, so paths with a time or a drive letter need
+    no quotes; in quotes, single or double, a value may hold anything: ``ppo:path='C:\\a=b:c.npz'``.
+    """
+    name, *pairs = _split(spec.strip(), _NEXT_PARAMETER)
+    return name, settings(pairs)
+
+
+def split_list(specs: str, known: Iterable[str]) -> tuple[str, ...]:
+    """Specs of a list ``a,b:key=value,c``: a comma separates only where a known name follows.
+
+    Where nothing known follows, and no parameter is before it, it separates too: a name that is
+    not known is refused where the policy is made, not taken for a part of the last.
+    """
+    names = "|".join(map(re.escape, sorted(known, key=len, reverse=True)))
+    parts = _split(specs, re.compile(rf",(?=\s*(?:(?:{names})\s*(?:[:,]|$)|$))"))
+    plain = [piece for part in parts for piece in (part.split(",") if ":" not in part else [part])]
+    return tuple(piece.strip() for piece in plain if piece.strip())
+
+
+def _split(text: str, separator: re.Pattern[str]) -> list[str]:
+    """Split where a separator stands outside of quotes; these stay."""
+    places, quote = [], ""
+    for at, sign in enumerate(text):
+        if quote:
+            quote = "" if sign == quote else quote
+        elif sign in "'\"" and text[at - 1 : at] == "=":
+            quote = sign
+        elif separator.match(text, at):
+            places.append(at)
+    begins, ends = [0, *(at + 1 for at in places)], [*places, len(text)]
+    return [text[begin:end] for begin, end in zip(begins, ends, strict=True)]
+
+
+_NEXT_PARAMETER = re.compile(r":(?=\s*[A-Za-z_]\w*\s*=|\s*$|[^/\\\d][^/\\:]*$)")
 
 
 def parameters_of(policy: Callable[..., object]) -> dict[str, Any]:

@@ -14,8 +14,9 @@ from baselines._films import KINDS, check_target, require_extra
 from baselines.policies import make_policy
 from envs._render_config import DEFAULT_HEIGHT_PX, RenderConfig
 from wifipgo.errors import require
+from wifipgo.overrides import Overrides
 from wifipgo.scenarios import Scenario, scenario_named
-from wifipgo.settings import key_value
+from wifipgo.settings import settings
 
 _RECORDINGS: Mapping[str, str] = MappingProxyType({".rrd": "for the Rerun viewer"})
 
@@ -51,7 +52,7 @@ class WatchConfig:
     policy: str = "active"
     seed: int = 0
     trial: int | None = None
-    overrides: Annotated[tuple[str, ...], tyro.conf.arg(name="set", metavar="KEY=VALUE ...")] = ()
+    overrides: Overrides = ()
     out: Path | None = None
     rerun: Path | None = None
     until: int | None = None
@@ -82,7 +83,7 @@ def checked(config: WatchConfig) -> Scenario:
     require(bool(config.out or config.rerun), "out or rerun", "given, e.g. --out run.mp4", None)
     given = config.scenario
     scenario = given if isinstance(given, Scenario) else scenario_named(given)
-    scenario = scenario.with_overrides(**dict(map(key_value, config.overrides)))
+    scenario = scenario.with_overrides(**settings(config.overrides))
     make_policy(config.policy, scenario)
     if config.out is not None:
         check_target("out", config.out, KINDS, overwrite=config.overwrite)

@@ -7,8 +7,10 @@ from typing import Any, NamedTuple, Protocol
 
 from baselines._episodes import Episode, run_episode
 from baselines._executors import Executor, Work
-from wifipgo.errors import DoubtfulError
+from wifipgo.command_line import say
+from wifipgo.errors import BadInputError, DoubtfulError
 from wifipgo.scenarios import Scenario
+from wifipgo.whole_files import read_sealed
 
 
 class Item(Protocol):
@@ -97,6 +99,23 @@ def run_all(items: Sequence[Any], *, executor: Executor, on_done: Callable[[], N
         failures += [Failure(item.label, problem)] if problem else []
         on_done()
     return failures
+
+
+def missing(items: Sequence[Any]) -> list[Any]:
+    """Items whose results are not there yet, or are damaged, which is said on standard error."""
+    return [item for item in items if not _is_there(item.path)]
+
+
+def _is_there(path: Path) -> bool:
+    """Whether a result was written whole and is as it was written."""
+    try:
+        read_sealed(path)
+    except FileNotFoundError:
+        return False
+    except BadInputError as problem:
+        say(f"warning: {problem}; it is done again", error=True)
+        return False
+    return True
 
 
 def carry_out(item: Any) -> Any:

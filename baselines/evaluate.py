@@ -16,8 +16,10 @@ from baselines._executors import Executor
 from baselines._plan import Plan
 from baselines._report import announce, report
 from baselines._statistics import Estimate, Paired, Summary, summarise
-from baselines._workers import EpisodesFailedError, Task, run_all
+from baselines._workers import EpisodesFailedError, Task, missing, run_all
+from wifipgo import results_folder
 from wifipgo.command_line import exit_code
+from wifipgo.folder_lock import held
 from wifipgo.terminal import Terminal
 
 __all__ = [
@@ -51,16 +53,32 @@ def evaluate(config: EvaluateConfig, *, console: Console | None = None) -> Summa
     console = console or Console(quiet=True)
     executor = Executor(name=config.executor, jobs=config.jobs, ray_address=config.ray_address)
     plan, out = plan_of(config), config.out.resolve()
+    executor.check_script(plan.trials * len(plan.policies))
     record = plan.record() | {"command": command_of(config)}
-    if config.resume and _results.is_complete(out) and not _results.partial_of(out).exists():
-        _results.refuse_other(out / "config.json", record, "the results there are of other settings")
-        summary = summarise(pd.read_parquet(out / "episodes.parquet"), plan)
-    else:
-        partial = _results.claim(out, record, overwrite=config.overwrite, resume=config.resume)
-        _run_missing(plan, partial, executor=executor, console=console)
-        summary = _publish(plan, partial, out, record)
+    with held(out):
+        summary = _finished(plan, out, record) if config.resume else None
+        if summary is None:
+            names = [task.path.name for task in _tasks(plan, out)]
+            partial = _results.claim(out, record, names, overwrite=config.overwrite, resume=config.resume)
+            _run_missing(plan, partial, executor=executor, console=console)
+            summary = _publish(plan, partial, out, record)
     report(summary, plan, out=str(config.out), console=console)
     return summary
+
+
+def _finished(plan: Plan, out: Path, record: Mapping[str, Any]) -> Summary | None:
+    """Summary of results that are there, or None; clears away what a run left that ended after them.
+
+    Raises:
+        BadInputError: They are of other settings.
+    """
+    partial = _results.partial_of(out)
+    if not _results.is_complete(out) or (partial / "config.json").exists():
+        return None
+    _results.refuse_other(out / "config.json", record, "the results there are of other settings")
+    if results_folder.is_of(partial, _results.KIND):
+        results_folder.remove(partial, _results.KIND)
+    return summarise(pd.read_parquet(out / "episodes.parquet"), plan)
 
 
 def _run_missing(plan: Plan, partial: Path, *, executor: Executor, console: Console) -> None:
@@ -69,7 +87,7 @@ def _run_missing(plan: Plan, partial: Path, *, executor: Executor, console: Cons
     Raises:
         EpisodesFailedError: Some raised; their traces are in ``failures.txt``.
     """
-    tasks = [task for task in _tasks(plan, partial) if not _results.is_done(task.path)]
+    tasks = missing(_tasks(plan, partial))
     announce(plan, jobs=executor.slots(len(tasks)), n_left=len(tasks), console=console)
     columns = (TextColumn("episodes"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True, quiet=console.quiet)) as progress:
@@ -90,17 +108,25 @@ def _tasks(plan: Plan, partial: Path) -> list[Task]:
 
 
 def _publish(plan: Plan, partial: Path, out: Path, record: Mapping[str, Any]) -> Summary:
-    """Write tables and pictures beside the episodes, then rename them to ``out``."""
-    from baselines import _pictures  # noqa: PLC0415 (matplotlib loads slowly, and only here)
-
+    """Write tables beside the episodes, rename them to ``out``, then draw the pictures."""
     episodes = [Episode.load(task.path) for task in sorted(_tasks(plan, partial), key=lambda t: t.path)]
     summary = summarise(_results.episodes_frame(episodes), plan)
     staging = _results.clean_staging(partial)
     _results.write_tables(staging, episodes, summary, record)
-    _pictures.draw_err(staging / "err.png", plan, episodes)
-    _pictures.draw_arena(staging / "arena.png", plan, episodes)
-    _results.publish(staging, out)
+    results_folder.publish(staging, out, _results.KIND, later=_results.PICTURES)
+    _draw(out, plan, episodes)
+    results_folder.remove(partial, _results.KIND)
     return summary
+
+
+def _draw(out: Path, plan: Plan, episodes: Sequence[Episode]) -> None:
+    """Draw the pictures; one that cannot be drawn is a warning."""
+    from wifipgo.figures import drawing  # noqa: PLC0415, I001 (matplotlib loads slowly, and only here)
+    from baselines import _pictures  # noqa: PLC0415
+
+    for path, draw in (("err.png", _pictures.draw_err), ("arena.png", _pictures.draw_arena)):
+        with drawing(out / path):
+            draw(out / path, plan, episodes)
 
 
 def main(args: Sequence[str] | None = None) -> int:

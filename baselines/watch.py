@@ -14,6 +14,7 @@ from baselines._films import film
 from baselines._watching import WatchConfig, checked
 from envs._render_config import RenderConfig
 from wifipgo.command_line import exit_code
+from wifipgo.overrides import joined
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
 from wifipgo.terminal import Terminal, say
@@ -112,7 +113,7 @@ def main(args: Sequence[str] | None = None) -> int:
     kept = "interrupted; nothing was written"
 
     def job() -> None:
-        watch(tyro.cli(WatchConfig, prog="python -m baselines.watch", args=args), console=Terminal())
+        watch(tyro.cli(WatchConfig, prog="python -m baselines.watch", args=joined(args)), console=Terminal())
 
     return exit_code(job, interrupted=kept)
 

@@ -22,8 +22,9 @@ from envs._tables import (
 )
 from wifipgo.command_line import exit_code
 from wifipgo.errors import require
+from wifipgo.overrides import Overrides, joined
 from wifipgo.scenarios import Scenario, scenario_named, scenario_toml
-from wifipgo.settings import key_value
+from wifipgo.settings import settings
 from wifipgo.terminal import Terminal
 
 # Columns of tables that go to a file or another program.
@@ -51,7 +52,7 @@ class DescribeConfig:
     """
 
     scenario: tyro.conf.Positional[str] = "paper-hw-2"
-    overrides: Annotated[tuple[str, ...], tyro.conf.arg(name="set", metavar="KEY=VALUE ...")] = ()
+    overrides: Overrides = ()
     seed: int = 0
     out: Path | None = None
     list: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
@@ -60,7 +61,7 @@ class DescribeConfig:
 
 
 def describe(config: DescribeConfig, *, console: Console) -> None:
-    """Print what is asked for; the picture is there before the tables.
+    """Print what is asked for; the picture is drawn last.
 
     Raises:
         ValueError: A name or value that is refused; the message lists what exists.
@@ -72,7 +73,7 @@ def describe(config: DescribeConfig, *, console: Console) -> None:
     elif config.fields:
         console.out(fields_markdown(), end="", highlight=False)
     else:
-        scenario = scenario_named(config.scenario).with_overrides(**dict(map(key_value, config.overrides)))
+        scenario = scenario_named(config.scenario).with_overrides(**settings(config.overrides))
         if config.toml:
             console.out(scenario_toml(scenario), end="", highlight=False)
         else:
@@ -80,25 +81,34 @@ def describe(config: DescribeConfig, *, console: Console) -> None:
 
 
 def _describe(scenario: Scenario, config: DescribeConfig, console: Console) -> None:
-    from envs._arena_picture import draw_room  # noqa: PLC0415 (matplotlib loads slowly, and only here)
-
+    """Print the tables, then draw the room."""
     env = RendezvousEnv(scenario)
     env.reset(seed=config.seed)
-    path = config.out or Path("results/describe") / f"{Path(scenario.name).name}.png"
-    draw_room(path, env, seed=config.seed)
     console.print(Text(scenario.name, style="bold"))
     console.print(Text(scenario.source))
     tables = (agent_table(env, config.seed), action_table(env), observation_table(env), value_table(scenario))
     for table in tables:
         console.print()
         console.print(table)
+    path = config.out or Path("results/describe") / f"{Path(scenario.name).name}.png"
+    _draw(path, env, config.seed)
     console.print(Text(f"\npicture: {path}"))
+
+
+def _draw(path: Path, env: RendezvousEnv, seed: int) -> None:
+    """Draw the room, under the project's own settings."""
+    from wifipgo.figures import drawing  # noqa: PLC0415 (matplotlib loads slowly, and only here)
+
+    with drawing(path, asked_for=True):
+        from envs._arena_picture import draw_room  # noqa: PLC0415
+
+        draw_room(path, env, seed=seed)
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; the exit code is that of `wifipgo.command_line`."""
     console = Terminal() if sys.stdout.isatty() else Terminal(width=_WIDTH)
-    config = partial(tyro.cli, DescribeConfig, prog="python -m envs.describe", args=args)
+    config = partial(tyro.cli, DescribeConfig, prog="python -m envs.describe", args=joined(args))
     return exit_code(lambda: describe(config(), console=console))
 
 

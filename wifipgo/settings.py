@@ -3,7 +3,7 @@
 import ast
 import math
 import types
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from numbers import Integral, Real
 from typing import Any, get_args, get_origin
 
@@ -24,6 +24,20 @@ def key_value(text: str) -> tuple[str, Any]:
         return key, ast.literal_eval(value)
     except (ValueError, SyntaxError):
         return key, value
+
+
+def settings(texts: Iterable[str]) -> dict[str, Any]:
+    """Many ``KEY=VALUE``, each key once.
+
+    Raises:
+        BadInputError: One has no ``=``, or a key has two values.
+    """
+    found: dict[str, Any] = {}
+    for key, value in map(key_value, texts):
+        same = key not in found or repr(found[key]) == repr(value)
+        require(same, f"setting {key}", f"given once, or each time as {found.get(key)!r}", value)
+        found[key] = value
+    return found
 
 
 def fitted(value: Any, kind: Any, name: str) -> Any:

@@ -4,7 +4,10 @@ import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
+
+from wifipgo.errors import BadInputError
 
 
 @contextmanager
@@ -45,3 +48,24 @@ def write_json(path: Path, content: object, *, allow_nan: bool = False) -> None:
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     write_text(path, json.dumps(content, indent=2, allow_nan=allow_nan) + "\n")
+
+
+def write_sealed(path: Path, content: bytes) -> None:
+    """Write bytes, and behind them their SHA-256, by which `read_sealed` knows damage."""
+    with appearing(path) as unfinished:
+        unfinished.write_bytes(content + sha256(content).digest())
+
+
+def read_sealed(path: Path) -> bytes:
+    """Read what `write_sealed` wrote.
+
+    Raises:
+        BadInputError: The file was damaged or cut short; names it.
+    """
+    content = path.read_bytes()
+    if sha256(content[:-_SEAL]).digest() != content[-_SEAL:]:
+        raise BadInputError(f"{path}: damaged: its digest is of other content")
+    return content[:-_SEAL]
+
+
+_SEAL = sha256().digest_size

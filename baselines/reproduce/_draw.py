@@ -16,6 +16,7 @@ from PIL import Image
 from baselines._episodes import Episode
 from baselines._pictures import BLUE, GREEN, ORANGE, PURPLE, STYLE, VERMILION, band
 from baselines.reproduce._measures import mean_curves
+from wifipgo.figures import drawing
 
 LOOKS: dict[str, tuple[str, Any]] = {
     "active": (BLUE, "-"),
@@ -29,13 +30,13 @@ CALLING = "#56B4E9"
 
 @contextmanager
 def page(path: Path, size_in: tuple[float, float]) -> Iterator[Figure]:
-    """A figure in the project's style, written when the block ends."""
-    with mpl.rc_context({**STYLE, "font.size": 9}):
+    """A figure in the project's style, written when the block ends; what fails in it is a warning."""
+    with drawing(path), mpl.rc_context({**STYLE, "font.size": 9}):
         figure = Figure(figsize=size_in, dpi=110, layout="constrained")
         yield figure
         figure.savefig(buffer := BytesIO(), format="png")
-    picture = Image.open(buffer).convert("RGB").quantize(256)
-    picture.save(path, format="PNG", optimize=True)
+        picture = Image.open(buffer).convert("RGB").quantize(256)
+        picture.save(path, format="PNG", optimize=True)
 
 
 def err_curve(axes: Axes, episodes: Sequence[Episode], label: str) -> None:

@@ -6,12 +6,13 @@ when figure N is done.
 
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from baselines._plan import differences
-from baselines._results import is_done
+from wifipgo import results_folder
+from wifipgo.command_line import say
 from wifipgo.errors import BadInputError, require
 from wifipgo.text_files import read_json
 from wifipgo.whole_files import write_json
@@ -30,35 +31,39 @@ def claim(out: Path, record: Mapping[str, Any], *, resume: bool, overwrite: bool
     """Make the folder, or take up the run that is there.
 
     Raises:
-        ValueError: There is another run, or something that is no run, or no leave to go on.
+        BadInputError: There is another run, or something that is no run, or no leave to go on.
         OSError: It cannot be made.
     """
     require(out.is_dir() or not out.exists(), "out", "a folder", str(out))
     if out.exists() and any(out.iterdir()):
-        there = _record(out)
         if overwrite:
-            _remove(out)
+            results_folder.remove(out, _KIND)
         else:
+            there = _record(out)
             require(resume, "out", "new or empty (--resume goes on, --overwrite starts over)", str(out))
             _refuse_other(there, record, out)
-    out.mkdir(parents=True, exist_ok=True)
+    results_folder.begin(out, _KIND)
+    results_folder.note(out, [CONFIG, CLAIMS, PAGE, FAILURES])
     write_json(out / CONFIG, {"kind": _KIND, **record})
     (out / EPISODES).mkdir(exist_ok=True)
+
+
+def note(out: Path, paths: Iterable[Path]) -> None:
+    """List files that are about to be written."""
+    results_folder.note(out, [path.relative_to(out).as_posix() for path in paths])
 
 
 def _record(out: Path) -> dict[str, Any]:
     """What a folder says that it is.
 
     Raises:
-        ValueError: It is no reproduction.
+        BadInputError: It is no reproduction, or its record is damaged.
     """
-    try:
-        found = read_json(out / CONFIG)
-    except (OSError, ValueError):
-        found = None
+    require(results_folder.is_of(out, _KIND), "out", "new, empty, or the folder of a reproduction", str(out))
+    found = read_json(out / CONFIG) if (out / CONFIG).exists() else {"kind": _KIND}
     ours = isinstance(found, dict) and found.get("kind") == _KIND
-    require(ours, "out", "new, empty, or the folder of a reproduction", str(out))
-    return dict(found or {})
+    require(ours, str(out / CONFIG), "the record of a reproduction", found)
+    return dict(found)
 
 
 def _refuse_other(there: Mapping[str, Any], record: Mapping[str, Any], out: Path) -> None:
@@ -69,28 +74,21 @@ def _refuse_other(there: Mapping[str, Any], record: Mapping[str, Any], out: Path
         raise BadInputError(f"to go on, a run must stay the same: {out / CONFIG} differs in {fields}")
 
 
-def _remove(out: Path) -> None:
-    """Remove a reproduction, and nothing else."""
-    known = {CONFIG, CLAIMS, PAGE, EPISODES, FAILURES}
-    found = {path.name for path in out.iterdir()}
-    others = sorted(name for name in found - known if not name.startswith("fig"))
-    require(not others, "out", f"a reproduction to be replaced, but it also holds {others[:3]}", str(out))
-    shutil.rmtree(out)
-
-
 def done(out: Path, figure: str) -> bool:
-    """Whether a figure is there."""
-    return (out / figure / CLAIMS).is_file()
-
-
-def missing(items: list[Any]) -> list[Any]:
-    """Items whose results are not there yet."""
-    return [item for item in items if not is_done(item.path)]
+    """Whether a figure is there; one whose claims cannot be read is made again."""
+    try:
+        return isinstance(read_json(out / figure / CLAIMS), dict)
+    except FileNotFoundError:
+        return False
+    except BadInputError as problem:
+        say(f"warning: {problem}; {figure} is made again", error=True)
+        return False
 
 
 def staging(out: Path, figure: str) -> Path:
     """Empty folder for a figure that is not complete."""
     folder = out / f"{figure}.partial"
+    results_folder.note(out, [f"{folder.name}/"])
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     return folder
@@ -98,4 +96,7 @@ def staging(out: Path, figure: str) -> Path:
 
 def publish(folder: Path) -> None:
     """Give a complete figure its name."""
-    os.replace(folder, folder.with_suffix(""))
+    final = folder.with_suffix("")
+    note(folder.parent, [final / path.relative_to(folder) for path in folder.rglob("*")])
+    shutil.rmtree(final, ignore_errors=True)  # one whose claims could not be read
+    os.replace(folder, final)

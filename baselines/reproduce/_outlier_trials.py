@@ -1,6 +1,7 @@
 """What Fig. 10 is made of: runs until nine relative poses, and encounters of a grid."""
 
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,7 +19,7 @@ from wifipgo.graph.outliers import bearing, likelihood
 from wifipgo.graph.posegraph import select
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick
-from wifipgo.whole_files import appearing
+from wifipgo.whole_files import read_sealed, write_sealed
 
 METHODS = ("none", "paper", "range_aware", "huber", "bearing")
 Arrays = Mapping[str, np.ndarray]
@@ -81,12 +82,12 @@ class Cell(NamedTuple):
 
 
 def _save(path: Path, result: Arrays) -> None:
-    with appearing(path) as unfinished, unfinished.open("wb") as file:
-        np.savez(file, allow_pickle=False, **result)
+    np.savez(buffer := BytesIO(), allow_pickle=False, **result)
+    write_sealed(path, buffer.getvalue())
 
 
 def _load(path: Path) -> Arrays:
-    with np.load(path, allow_pickle=False) as file:
+    with np.load(BytesIO(read_sealed(path)), allow_pickle=False) as file:
         return dict(file)
 
 

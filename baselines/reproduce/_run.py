@@ -1,7 +1,7 @@
 """Run what figures need, make them one after the other, and put all claims together."""
 
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,13 +14,14 @@ from rich.text import Text
 
 from baselines._episodes import trial_seed
 from baselines._plan import versions
-from baselines._workers import EpisodesFailedError, Failure, run_all
+from baselines._workers import EpisodesFailedError, Failure, missing, run_all
 from baselines.reproduce import _folder
 from baselines.reproduce._config import ReproduceConfig
 from baselines.reproduce._figures import FIGURES, chosen
 from baselines.reproduce._folder import done
 from baselines.reproduce._page import page, with_summary
 from baselines.reproduce._runs import TRIALS, Setting
+from wifipgo.folder_lock import held
 from wifipgo.terminal import say
 from wifipgo.text_files import read_json
 from wifipgo.whole_files import write_json
@@ -46,9 +47,21 @@ def reproduce(config: ReproduceConfig, *, console: Console | None = None) -> dic
     """
     console = console or Console(quiet=True)
     config.check()
-    names, out, executor = chosen(config.figures), config.out.resolve(), config.where
+    names, out = chosen(config.figures), config.out.resolve()
+    config.where.check_script(2)
     record = {"trials": config.trials, "seed": config.seed, "versions": versions()}
-    _folder.claim(out, record, resume=config.resume, overwrite=config.overwrite)
+    with held(out):
+        _folder.claim(out, record, resume=config.resume, overwrite=config.overwrite)
+        return _work(config, names, out, console)
+
+
+def _work(config: ReproduceConfig, names: Sequence[str], out: Path, console: Console) -> dict[str, Any]:
+    """Make the figures that are not there yet, and judge all.
+
+    Raises:
+        EpisodesFailedError: Some episodes raised.
+    """
+    executor = config.where
     setting = Setting(trials=config.trials or 0, seed=config.seed, cache=out / _folder.EPISODES)
     say(console, f"figures: {', '.join(names)}; seed {config.seed}; {executor.name}")
     failures = []
@@ -69,7 +82,9 @@ def reproduce(config: ReproduceConfig, *, console: Console | None = None) -> dic
 def _make(name: str, setting: Setting, out: Path, config: ReproduceConfig, console: Console) -> list[Failure]:
     """Run what one figure still needs and make it; what failed if it cannot be made."""
     figure = FIGURES[name]
-    items = _folder.missing(figure.tasks(setting))
+    tasks = figure.tasks(setting)
+    _folder.note(out, [task.path for task in tasks])
+    items = missing(tasks)
     columns = (TextColumn(f"{name:6s}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True, quiet=console.quiet)) as progress:
         bar = progress.add_task("", total=len(items))
@@ -109,7 +124,8 @@ def _document(whole: Mapping[str, Any], out: Path, docs: Path) -> None:
     """The page, what it is made from, and its pictures; figures of other runs stay as they are there."""
     (docs / "pictures").mkdir(parents=True, exist_ok=True)
     for name in whole["figures"]:
-        shutil.copyfile(out / name / f"{name}.png", docs / documented_picture(name))
+        if (out / name / f"{name}.png").is_file():
+            shutil.copyfile(out / name / f"{name}.png", docs / documented_picture(name))
     before = _read(docs / _folder.CLAIMS)["figures"] if (docs / _folder.CLAIMS).is_file() else {}
     figures = {**before, **whole["figures"]}
     merged = {"figures": {name: figures[name] for name in FIGURES if name in figures}}

@@ -11,9 +11,10 @@ import pandas as pd
 import pytest
 
 from baselines import _workers, evaluate
-from baselines._results import FILES, partial_of
+from baselines._results import FILES, PICTURES, partial_of
 from baselines.evaluate import Episode, EpisodesFailedError, EvaluateConfig, main, run_episode
 from baselines.policies import make_policy
+from wifipgo.results_folder import MANIFEST
 from wifipgo.scenarios import scenario_named
 
 SHORT = ("n_steps=4",)
@@ -51,7 +52,7 @@ def fail_at(monkeypatch: pytest.MonkeyPatch, trial: int, policy: str, problem: B
 
 
 def test_everything_is_there_and_opens(done: Path) -> None:
-    assert {path.name for path in done.iterdir()} == set(FILES)
+    assert {path.name for path in done.iterdir()} == {*FILES, *PICTURES, MANIFEST}
     assert not partial_of(done).exists()
     assert len(pd.read_parquet(done / "episodes.parquet")) == 2 * 3
     assert len(steps(done)) == 2 * 3 * 4 * 2
@@ -168,7 +169,7 @@ def test_complete_results_are_shown_again(done: Path) -> None:
 
 def test_a_folder_that_is_no_evaluation_is_never_replaced(tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("all of it")
-    with pytest.raises(ValueError, match=r"also holds \['thesis.tex'\]"):
+    with pytest.raises(ValueError, match=r"also holds 'thesis.tex'"):
         evaluate.evaluate(short(tmp_path, overwrite=True))
     assert (tmp_path / "thesis.tex").read_text() == "all of it"
 
