@@ -4,7 +4,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from baselines._view import View
-from baselines._walks import ray_angles, safe_lengths, step_towards
+from baselines._walks import ray_angles, step_towards
+from envs.directions import safe_lengths
 from wifipgo.scenarios import Scenario
 from wifipgo.se2 import wrap_angle
 from wifipgo.survey import N_BINS

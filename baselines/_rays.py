@@ -13,7 +13,7 @@ import functools
 import numpy as np
 from jaxtyping import Float, Shaped
 
-from baselines._walks import safe_lengths
+from envs.directions import N_MOTIONS, STAY, ray_azimuths, waypoints_of
 from envs.rendezvous_v0 import bin_azimuths, layout
 from wifipgo.errors import pick
 from wifipgo.scenarios import Scenario
@@ -28,7 +28,6 @@ N_DIRECTION = 3 + len(_REACHES) + 4
 _OWN = ("elapsed", "since_met", "err", "spread", "recorded_spread", "calling", "called", "sighted")
 _SLOT = ("present", "esnr", "rate", "discrepancy", "err", "calls_me", "i_call", "observed")
 N_WHOLE = len(_OWN) + len(_SLOT) + 5
-STAY = N_LIDAR_RAYS
 
 Rows = Float[np.ndarray, "rows numbers"]
 Shown = Float[np.ndarray, "rows shown"]
@@ -44,7 +43,7 @@ class Rays:
 
     reads = r"own/.*|lidar|survey|slot0/.*"
     n_shown = N_WHOLE + N_DIRECTION * N_LIDAR_RAYS
-    n_choices: tuple[int, ...] = (N_LIDAR_RAYS + 1, 2)
+    n_choices: tuple[int, ...] = (N_MOTIONS, 2)
 
     def __init__(self, scenario: Scenario) -> None:
         """Learn the layout and the scale of the room."""
@@ -72,13 +71,9 @@ class Rays:
 
     def commands(self, answers: Shaped[np.ndarray, "rows 2"], rows: Rows) -> Actions:
         """Drive along the chosen ray as far as a step or what is in the way allows; call or not."""
-        ray, call = np.asarray(answers).T
-        stays = ray == STAY
-        ahead = safe_lengths(self._free_steps(rows))[np.arange(len(rows)), np.where(stays, 0, ray)]
-        length = np.where(stays, 0.0, ahead)
-        angle_rad = ray_azimuths()[np.where(stays, 0, ray)]
-        columns = [length * np.cos(angle_rad), length * np.sin(angle_rad), np.where(call > 0, 1.0, -1.0)]
-        return np.stack(columns, axis=1).astype(np.float32)
+        motion, call = np.asarray(answers).T
+        request = np.where(call > 0, 1.0, -1.0)
+        return np.column_stack([waypoints_of(motion, self._free_steps(rows)), request]).astype(np.float32)
 
     def answers(self, actions: Actions) -> Shaped[np.ndarray, "rows 2"]:
         """Nearest ray of a waypoint, a stop for one that is very near; and the call."""
@@ -148,11 +143,6 @@ class Rays:
         cosine, sine = self._block(rows, "own/sighted_bearing").T[:, :, None]
         seen = cosine * np.cos(ray_azimuths()) + sine * np.sin(ray_azimuths())
         return [heard / loudest, seen]
-
-
-def ray_azimuths() -> Float[np.ndarray, " rays"]:
-    """Directions, body frame, rad."""
-    return 2.0 * np.pi / N_LIDAR_RAYS * np.arange(N_LIDAR_RAYS)
 
 
 def _homeward(home_rad: np.ndarray, home_steps: np.ndarray) -> list[np.ndarray]:

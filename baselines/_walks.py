@@ -3,10 +3,9 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
+from envs.directions import ROOM_AHEAD_STEPS, safe_lengths
 from wifipgo.se2 import wrap_angle
 
-# A ray is open if a step along it ends this far (in steps) from what it hits.
-_ROOM_AHEAD_STEPS = 0.15
 # Turning to the other side of an obstacle costs as much as this detour: without it robots dither.
 _CHANGE_SIDE_RAD = 1.0
 
@@ -18,7 +17,7 @@ def ray_angles(n_rays: int) -> Float[np.ndarray, " rays"]:
 
 def open_rays(free_steps: Float[np.ndarray, "robots rays"]) -> Bool[np.ndarray, "robots rays"]:
     """Rays along which a whole step fits."""
-    return free_steps >= 1.0 + _ROOM_AHEAD_STEPS
+    return free_steps >= 1.0 + ROOM_AHEAD_STEPS
 
 
 def _waypoint(angle_rad: np.ndarray, length_steps: np.ndarray) -> np.ndarray:
@@ -28,11 +27,6 @@ def _waypoint(angle_rad: np.ndarray, length_steps: np.ndarray) -> np.ndarray:
 def _safe_length(free_steps: np.ndarray, ray: np.ndarray) -> np.ndarray:
     """Whole step if the ray is open, else what is left before it hits."""
     return safe_lengths(free_steps)[np.arange(len(ray)), ray]
-
-
-def safe_lengths(free_steps: Float[np.ndarray, "robots rays"]) -> Float[np.ndarray, "robots rays"]:
-    """Whole step along the rays that are open, else what is left before they hit."""
-    return np.clip(free_steps - _ROOM_AHEAD_STEPS, 0.0, 1.0)
 
 
 def random_step(
