@@ -9,6 +9,8 @@ from jaxtyping import Float
 
 from baselines._interfaces import make_interface
 from baselines._network import Network, load_network, refuse_other_layout
+from baselines._view import flat_rows
+from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
 
@@ -61,11 +63,12 @@ class LearnedPolicy:
         """Key the chance of sampled actions; nothing else is remembered."""
         self._rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(episode, _EPISODE_KEY)))
 
+    @plain_arithmetic
     def act(
         self, observations: Mapping[str, Float[np.ndarray, " numbers"]]
     ) -> dict[str, Float[np.ndarray, "3"]]:
         """One action for each observation."""
-        rows = np.stack(list(observations.values()))
+        rows = flat_rows(observations)
         scores = self._network.scores(self._interface.shown(rows))
         actions = self._interface.commands(self._answers(scores), rows)
         return dict(zip(observations, actions, strict=True))

@@ -11,6 +11,7 @@ from baselines._motions import Motion, Uniform
 from baselines._triggers import Trigger, err_above
 from baselines._view import View
 from envs.rendezvous_v0 import layout
+from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.scenarios import Scenario
 
 Observations = Mapping[str, Float[np.ndarray, " numbers"]]
@@ -43,6 +44,7 @@ class Walkers:
         self._rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(episode, 0xAC7)))
         self._motion.reset()
 
+    @plain_arithmetic
     def act(self, observations: Observations) -> Actions:
         """One action for each observation."""
         view = View.of(observations, self._fields)

@@ -1,18 +1,33 @@
 """Observations of a team as arrays by name: what every policy, scripted or learned, starts from."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
 from envs.rendezvous_v0 import Field
+from wifipgo.errors import require
+
+Rows = Float[np.ndarray, "robots numbers"]
+
+
+def flat_rows(observations: Mapping[str, Any]) -> Rows:
+    """Flat observations, one row an agent.
+
+    Raises:
+        ValueError: They are dicts; policies read the flat form.
+    """
+    rows = list(observations.values())
+    flat = not any(isinstance(row, Mapping) for row in rows)
+    require(flat, "observations", "flat arrays (observation='flat') for a policy", "dicts")
+    return np.stack(rows)
 
 
 class View(NamedTuple):
     """Flat observations of all live agents, one row each, and their layout."""
 
-    rows: Float[np.ndarray, "robots numbers"]
+    rows: Rows
     fields: Mapping[str, Field]
 
     @classmethod
@@ -20,7 +35,7 @@ class View(NamedTuple):
         cls, observations: Mapping[str, Float[np.ndarray, " numbers"]], fields: Mapping[str, Field]
     ) -> "View":
         """Stack the observations of one step."""
-        return cls(np.stack(list(observations.values())), fields)
+        return cls(flat_rows(observations), fields)
 
     def own(self, name: str) -> Float[np.ndarray, "robots size"]:
         """A block of the robots themselves, e.g. ``err`` or ``heading``."""

@@ -143,6 +143,12 @@ def dict_space(fields: tuple[Field, ...]) -> spaces.Dict:
     return spaces.Dict({f.name: spaces.Box(f.low, f.high, (f.size,), np.float32) for f in fields})
 
 
+def masked_space(fields: tuple[Field, ...], n_choices: int) -> spaces.Dict:
+    """The flat observation and a mask of choices, as learners that mask expect them."""
+    mask = spaces.Box(0, 1, (n_choices,), np.int8)
+    return spaces.Dict({"observation": flat_space(fields), "action_mask": mask})
+
+
 def by_name(
     row: Float[np.ndarray, " numbers"], fields: tuple[Field, ...]
 ) -> Mapping[str, Float[np.ndarray, " size"]]:

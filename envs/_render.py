@@ -17,6 +17,7 @@ from envs._render_arena import ArenaPainter
 from envs._render_config import RenderConfig
 from envs._render_panel import Panel
 from envs._render_scene import scene_of
+from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
 
@@ -33,6 +34,7 @@ class Viewer:
         self._right = self._surface.subsurface((side, 0, self.config.panel_px, side))
         self._of: tuple[World, Scenario] | None = None
 
+    @plain_arithmetic
     def surface(self, tick: Tick, world: World, scenario: Scenario) -> pygame.Surface:
         """Draw a tick; the next call draws over it."""
         scene = scene_of(tick, scenario)

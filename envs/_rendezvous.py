@@ -2,32 +2,46 @@
 
 from collections.abc import Mapping
 from os import PathLike
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 from gymnasium import logger, spaces
 from gymnasium.utils import EzPickle
+from jaxtyping import Bool
 from pettingzoo import ParallelEnv
 
 from envs import _observation
+from envs._actions import ACTION_FORMS, checked_rows
 from envs._episode import Episode
+from envs._infos import infos
 from envs._render_config import DEFAULT_HEIGHT_PX, RENDER_MODES, RenderConfig, check_render_mode
 from envs._reward import REWARDS, Outcome
+from envs._state import state, state_space
+from envs.directions import N_CHOICES
+from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.errors import BadInputError, pick, require
-from wifipgo.graph import ate_rot, ate_trans
 from wifipgo.mapped import first_map, updated_map
 from wifipgo.scenarios import Scenario, field_owners, scenario_named
-from wifipgo.state import Commands, Tick, World
-from wifipgo.survey import team_share
+from wifipgo.state import Tick, World
 
-OBSERVATIONS: Mapping[str, str] = {"flat": "one Box", "dict": "the same blocks by name"}
+OBSERVATIONS: Mapping[str, str] = {
+    "flat": "one Box",
+    "dict": "the same blocks by name; with discrete actions the pair of observation and action_mask",
+}
 # Fields that decide the spaces or the length of an episode: fixed when an environment is made.
 _FIXED = ("n_robots", "n_slots", "n_steps", "n_azimuths", "max_measurements")
 # PettingZoo's own conformance test resets with ``options={"options": 1}``.
 _IGNORED_OPTIONS = ("options",)
-_ARGUMENTS = ("max_cycles", "observation", "render_height_px", "render_mode", "reward", "scenario")
-# Kinds of numpy's dtypes that are real numbers: no text, no dates, no complex numbers.
-_REAL = "biuf"
+_ARGUMENTS = (
+    *("actions", "max_cycles", "observation", "render_height_px", "render_mode", "reward", "scenario"),
+    "terminate_at_end",
+)
+# Key, beside an episode's number, of the chance that wrappers draw from: no stream of the episode has it.
+_WRAPPERS_KEY = 0x3A9
+
+
+class NotResetError(AttributeError, RuntimeError):
+    """Something of an episode was asked for before there is one; so ``hasattr`` says no."""
 
 
 class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
@@ -35,15 +49,19 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
 
     Args:
         scenario: Name in `wifipgo.scenarios.SCENARIOS`, a file that ends in ``.toml``, or a `Scenario`.
-        observation: "flat" (one Box) or "dict" (the same blocks by name).
+        observation: "flat" (one Box) or "dict" (the same blocks by name; with discrete actions the pair
+            ``{"observation": flat, "action_mask": mask}`` of PettingZoo's convention).
+        actions: "continuous" (a waypoint and a request) or "discrete" (one of 34, see `envs.directions`).
         reward: Name in `envs.rendezvous_v0.REWARDS`; the default is what the mapped share grew by.
         render_mode: None, "rgb_array" or "human" (a window, drawn at each reset and step).
         render_height_px: Height of the pictures, a multiple of 16.
         max_cycles: PettingZoo's name for the scenario's ``n_steps``.
+        terminate_at_end: Report the end by the clock as a termination, for learners that know no other.
         overrides: Any field of the scenario, e.g. ``n_obstacles=4``.
 
     Raises:
-        ValueError: An unknown scenario, field, observation, reward or render mode; lists what exists.
+        ValueError: An unknown scenario, field, observation, form of actions, reward or render mode; lists
+            what exists.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012 (gymnasium's convention)
@@ -58,10 +76,12 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         scenario: str | PathLike[str] | Scenario = "paper-hw-2",
         *,
         observation: str = "flat",
+        actions: str = "continuous",
         reward: str = "mapped_share_truth",
         render_mode: str | None = None,
         render_height_px: int = DEFAULT_HEIGHT_PX,
         max_cycles: int | None = None,
+        terminate_at_end: bool = False,
         **overrides: Any,
     ) -> None:
         """Check the arguments and build the spaces."""
@@ -78,12 +98,15 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             self,
             base,
             observation=observation,
+            actions=actions,
             reward=reward,
             render_mode=render_mode,
             render_height_px=render_height_px,
+            terminate_at_end=terminate_at_end,
             **overrides,
         )
         pick(OBSERVATIONS, observation, "observation")
+        require(isinstance(terminate_at_end, bool), "terminate_at_end", "True or False", terminate_at_end)
         if render_mode is not None:
             check_render_mode(render_mode)
         self.base_scenario = self.scenario = base.with_overrides(**overrides)
@@ -93,11 +116,11 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         self.possible_agents = [f"robot_{i}" for i in range(self.scenario.n_robots)]
         self.agents: list[str] = []
         self._as_dict, self._reward = observation == "dict", pick(REWARDS, reward, "reward")
-        make = _observation.dict_space if self._as_dict else _observation.flat_space
-        self.observation_spaces = {a: make(self.layout) for a in self.possible_agents}
-        self.action_spaces = {a: spaces.Box(-1.0, 1.0, (3,), np.float32) for a in self.possible_agents}
-        n_state = self.scenario.n_robots * 7 + self.scenario.n_robots**2
-        self.state_space = spaces.Box(-np.inf, np.inf, (n_state,), np.float32)
+        self._form, self._terminates = pick(ACTION_FORMS, actions, "form of actions"), terminate_at_end
+        self.observation_spaces = {a: self._make_space() for a in self.possible_agents}
+        self.action_spaces: dict[str, Any] = {a: self._form.space() for a in self.possible_agents}
+        self.state_space = state_space(self.scenario.n_robots)
+        self._np_random: np.random.Generator | None = None
         self._episode: Episode | None = None
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
@@ -105,7 +128,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         return pick(self.observation_spaces, agent, "agent")
 
     def action_space(self, agent: str) -> spaces.Space[Any]:
-        """Waypoint in the body frame, in step lengths, and a request: > 0 calls a neighbour."""
+        """Waypoint in the body frame, in step lengths, and a request: > 0 calls; or a number of 34."""
         return pick(self.action_spaces, agent, "agent")
 
     @property
@@ -121,9 +144,17 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
     @property
     def _now(self) -> Episode:
         if self._episode is None:
-            raise RuntimeError("reset() must be called before the episode is looked at or stepped")
+            raise NotResetError("reset() must be called before the episode is looked at or stepped")
         return self._episode
 
+    @property
+    def np_random(self) -> np.random.Generator:
+        """Chance for wrappers; each reset keys it anew, and what is drawn leaves the episode as it is."""
+        if self._np_random is None:
+            self._np_random = np.random.default_rng(np.random.SeedSequence())
+        return self._np_random
+
+    @plain_arithmetic
     def reset(
         self, seed: int | np.integer[Any] | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
@@ -141,14 +172,16 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         scenario = self.base_scenario.with_overrides(**_changes(options))
         now = Episode.begun(scenario, self._next_episode(seed))
         mapped = first_map(now.tick)
-        out = self._observations(now), self._infos(now, mapped.share)
+        out = self._seen_and_said(now, mapped.share)
+        key = np.random.SeedSequence(now.seed[0], spawn_key=(now.seed[1], _WRAPPERS_KEY))
         if self.render_mode == "human":
             self._picture(now)
         # At once and last, so that what is refused or interrupted leaves the episode before.
         self._episode, self._mapped, self.scenario = now, mapped, scenario
-        self.agents = list(self.possible_agents)
+        self.agents, self._np_random = list(self.possible_agents), np.random.default_rng(key)
         return out
 
+    @plain_arithmetic
     def step(
         self, actions: Mapping[str, Any]
     ) -> tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
@@ -164,32 +197,48 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         before, agents = self._now, self.agents
         if not agents:
             raise RuntimeError("the episode is over: call reset() before step()")
-        now = before.advanced(_commands(actions, agents))
+        rows = self.checked(actions, agents)
+        now = before.advanced(self._form.commands(rows, before.tick.belief, before.scenario))
         mapped = updated_map(self._mapped, before.tick, now.tick)
         outcome = Outcome(before.tick.belief, now.tick.belief, mapped.share - self._mapped.share)
         full = self.scenario.max_measurements
         done = bool(full) and int(now.tick.belief.edges.between_robots.sum()) >= full
         late = now.tick.belief.t >= self.scenario.n_steps
+        ends = done or (late and self._terminates)
+        observations, said = self._seen_and_said(now, mapped.share)
         out = (
-            self._observations(now),
+            observations,
             dict(zip(agents, self._reward(outcome, self.scenario).tolist(), strict=True)),
-            dict.fromkeys(agents, done),
-            dict.fromkeys(agents, late and not done),
-            self._infos(now, mapped.share),
+            dict.fromkeys(agents, ends),
+            dict.fromkeys(agents, late and not ends),
+            said,
         )
         if self.render_mode == "human":
             self._picture(now)
         self._episode, self._mapped, self.agents = now, mapped, [] if done or late else agents
         return out
 
-    def state(self) -> np.ndarray:
-        """True pose, estimated pose and Err of every robot, then all link rates: for a centralised critic."""
-        truth, belief = self.tick.truth, self.tick.belief
-        own = np.concatenate([truth.poses[:, -1], belief.estimate[:, -1], belief.err[:, None]], axis=1)
-        return np.concatenate(
-            [own.ravel(), belief.rate_mbit_s.ravel()], dtype=np.float32, casting="same_kind"
-        )
+    def checked(self, actions: Mapping[str, Any], agents: list[str]) -> np.ndarray:
+        """Actions of some agents as an array, clipped to their space; refused as by `step`."""
+        return checked_rows(self._form, actions, agents)
 
+    def action_masks(self) -> Bool[np.ndarray, "robots choices"]:
+        """Choices that have an effect of their own, one row a robot.
+
+        Raises:
+            ValueError: The actions are continuous.
+            RuntimeError: Before the first reset.
+        """
+        if self._form.masks is None:
+            raise BadInputError("actions must be 'discrete' for masks, got 'continuous'")
+        return self._form.masks(self.tick.belief, self.scenario).astype(bool)
+
+    @plain_arithmetic
+    def state(self) -> np.ndarray:
+        """What is true and believed of the whole team, scaled: for a centralised critic."""
+        return state(self.tick, self.scenario)
+
+    @plain_arithmetic
     def render(self) -> np.ndarray | None:
         """Draw where the episode stands: an array in mode "rgb_array", the window in mode "human"."""
         if self.render_mode is None:
@@ -226,29 +275,27 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         root = np.random.SeedSequence().entropy
         return root if isinstance(root, int) else 0, 0
 
-    def _observations(self, now: Episode) -> dict[str, Any]:
-        rows = _observation.observe(now.tick.belief, now.scenario)
-        pairs = zip(self.possible_agents, rows, strict=True)
-        return {a: _observation.by_name(r, self.layout) for a, r in pairs} if self._as_dict else dict(pairs)
+    def _make_space(self) -> spaces.Space[Any]:
+        if not self._as_dict:
+            return _observation.flat_space(self.layout)
+        if self._form.masks is None:
+            return _observation.dict_space(self.layout)
+        return _observation.masked_space(self.layout, N_CHOICES)
 
-    def _infos(self, now: Episode, mapped_share: float) -> dict[str, dict[str, Any]]:
-        """Metrics of each robot; those that end in ``_truth`` read what robots cannot know."""
-        truth, belief = now.tick.truth, now.tick.belief
-        n = len(belief.err)
-        group_of = {robot: group for group in belief.met for robot in group}
-        columns = {
-            "err": belief.err.tolist(),
-            "met": [group_of.get(robot, ()) for robot in range(n)],
-            "ate_trans_truth": ate_trans(belief.estimate, truth.poses).tolist(),
-            "ate_rot_truth": ate_rot(belief.estimate, truth.poses).tolist(),
-            "bumps_truth": truth.bumps.tolist(),
-            "distance_m_truth": truth.distance_m.tolist(),
-            "mapped_share_belief": [team_share(belief.survey)] * n,
-            "mapped_share_truth": [mapped_share] * n,
-            "coverage_truth": [truth.cells.share] * n,
-        }
-        rows = zip(self.possible_agents, zip(*columns.values(), strict=True), strict=True)
-        return {agent: dict(zip(columns, row, strict=True)) for agent, row in rows}
+    def _seen_and_said(
+        self, now: Episode, mapped_share: float
+    ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+        """Observations and infos of all agents."""
+        belief, agents = now.tick.belief, self.possible_agents
+        form, rows = self._form, _observation.observe(belief, now.scenario)
+        more = {"action_mask": form.masks(belief, now.scenario)} if form.masks else {}
+        said = infos(now.tick, agents, mapped_share=mapped_share, more=more)
+        if not self._as_dict:
+            return dict(zip(agents, rows, strict=True)), said
+        if not more:
+            return {a: _observation.by_name(r, self.layout) for a, r in zip(agents, rows, strict=True)}, said
+        pairs = zip(agents, rows, more["action_mask"].copy(), strict=True)
+        return {a: {"observation": row, "action_mask": mask} for a, row, mask in pairs}, said
 
 
 def _changes(options: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -259,39 +306,3 @@ def _changes(options: Mapping[str, Any] | None) -> dict[str, Any]:
         require(isinstance(name, str), "options", "a mapping from names of scenario fields", options)
         require(name not in _FIXED, f"options[{name!r}]", "set when the environment is made", value)
     return changes
-
-
-def _commands(actions: Mapping[str, Any], agents: list[str]) -> Commands:
-    """Check actions and stack them; a waypoint or request outside [-1, 1] is clipped."""
-    require(
-        isinstance(actions, Mapping), "actions", "a mapping from agents to actions", type(actions).__name__
-    )
-    for name in actions.keys() - set(agents):
-        require(False, f"actions[{name!r}]", f"for one of {agents}", name)
-    for agent in agents:
-        if agent not in actions:
-            raise BadInputError(f"actions[{agent!r}] must be given: one action for each live agent")
-    try:
-        rows = np.array([actions[agent] for agent in agents])
-    except (TypeError, ValueError):
-        rows = np.zeros(0)
-    if rows.shape != (len(agents), 3) or rows.dtype.kind not in _REAL:
-        _refuse_shapes(actions, agents)
-    if not np.isfinite(rows).all():
-        first = int(np.isfinite(rows).all(axis=1).argmin())
-        raise BadInputError(f"actions[{agents[first]!r}] must be finite, got {rows[first].tolist()}")
-    rows = np.minimum(np.maximum(rows.astype(np.float64), -1.0), 1.0)
-    return Commands(rows[:, :2], rows[:, 2] > 0.0)
-
-
-def _refuse_shapes(actions: Mapping[str, Any], agents: list[str]) -> NoReturn:
-    """Say which action is not three numbers."""
-    for agent in agents:
-        try:
-            shape: Any = np.shape(actions[agent])
-        except ValueError:
-            shape = "parts of different lengths"
-        require(shape == (3,), f"actions[{agent!r}]", "of shape (3,)", shape)
-        real = np.array(actions[agent]).dtype.kind in _REAL
-        require(real, f"actions[{agent!r}]", "three numbers", actions[agent])
-    raise BadInputError(f"actions must be three numbers each, got {dict(actions)}")

@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 from gymnasium.utils import EzPickle
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Real
 
 from envs._rendezvous import RendezvousEnv
 from wifipgo.errors import require
@@ -18,9 +18,10 @@ from wifipgo.scenarios import Scenario
 class RendezvousTeamEnv(gymnasium.Env[np.ndarray, np.ndarray], EzPickle):
     """One controller sees what all robots observe and drives all of them.
 
-    Observation and action are those of the robots, concatenated in the order of `agents`. The reward is the
-    *mean* over the robots: a reward that the team shares stays what it is, and the scale does not grow with
-    the team. The info holds each robot's info under its name.
+    Observation and action are those of the robots, concatenated in the order of `agents`; with
+    ``actions="discrete"`` one choice a robot. The reward is the *mean* over the robots: a reward that the
+    team shares stays what it is, and the scale does not grow with the team. The info holds each robot's
+    info under its name.
 
     Args:
         scenario: As in `RendezvousEnv`.
@@ -48,7 +49,8 @@ class RendezvousTeamEnv(gymnasium.Env[np.ndarray, np.ndarray], EzPickle):
         self.render_mode = render_mode
         self.agents = tuple(self.robots.possible_agents)
         self.observation_space = _joined([self.robots.observation_space(a) for a in self.agents])
-        self.action_space = _joined([self.robots.action_space(a) for a in self.agents])
+        moves = [self.robots.action_space(a) for a in self.agents]
+        self.action_space = _choices(moves) if isinstance(moves[0], spaces.Discrete) else _joined(moves)
 
     def reset(
         self, *, seed: int | np.integer[Any] | None = None, options: Mapping[str, Any] | None = None
@@ -59,7 +61,7 @@ class RendezvousTeamEnv(gymnasium.Env[np.ndarray, np.ndarray], EzPickle):
         return np.concatenate(list(observations.values())), infos
 
     def step(
-        self, action: Float[np.ndarray, " moves"]
+        self, action: Real[np.ndarray, " moves"]
     ) -> tuple[Float[np.ndarray, " numbers"], float, bool, bool, dict[str, Any]]:
         """Advance the team by one iteration.
 
@@ -82,6 +84,10 @@ class RendezvousTeamEnv(gymnasium.Env[np.ndarray, np.ndarray], EzPickle):
             infos,
         )
 
+    def action_masks(self) -> Bool[np.ndarray, " choices"]:
+        """Choices of every robot, one after the other, that have an effect of their own."""
+        return self.robots.action_masks().ravel()
+
     def render(self) -> Any:
         """The picture that the robots' environment draws."""
         return self.robots.render()
@@ -89,6 +95,11 @@ class RendezvousTeamEnv(gymnasium.Env[np.ndarray, np.ndarray], EzPickle):
     def close(self) -> None:
         """Close the robots' environment."""
         self.robots.close()
+
+
+def _choices(each: list[spaces.Space[Any]]) -> spaces.MultiDiscrete:
+    """One choice a robot."""
+    return spaces.MultiDiscrete([int(space.n) for space in each if isinstance(space, spaces.Discrete)])
 
 
 def _joined(boxes: list[spaces.Space[Any]]) -> spaces.Box:

@@ -9,6 +9,7 @@ from pettingzoo.utils.conversions import parallel_to_aec
 from envs._observation import N_BINS, Field, bin_azimuths, by_name, layout
 from envs._rendezvous import OBSERVATIONS, RendezvousEnv
 from envs._reward import REWARDS
+from envs._turn_based import CheckedActionsWrapper
 
 parallel_env = RendezvousEnv
 
@@ -19,8 +20,8 @@ def raw_env(**kwargs: Any) -> AECEnv[str, Any, Any]:
 
 
 def env(**kwargs: Any) -> AECEnv[str, Any, Any]:
-    """The environment through the AEC interface, with PettingZoo's checks."""
-    return wrappers.OrderEnforcingWrapper(wrappers.AssertOutOfBoundsWrapper(raw_env(**kwargs)))
+    """The environment through the AEC interface, with checks of order and actions."""
+    return wrappers.OrderEnforcingWrapper(CheckedActionsWrapper(raw_env(**kwargs)))
 
 
 __all__ = [

@@ -17,7 +17,7 @@ policy.reset(7)
 while env.agents:
     observations, rewards, terminations, truncations, infos = env.step(policy.act(observations))
     errors = "  ".join(f"{agent} Err {info['err']:6.2f}" for agent, info in infos.items())
-    met = infos["robot_0"]["met"]
+    met = infos["robot_0"]["met"].any()  # one boolean a robot
     print(f"{env.tick.belief.t:3d}  {errors}  {'<- rendezvous' if met else ''}")
 
 print("mean square position error, m^2:", {a: round(i["ate_trans_truth"], 3) for a, i in infos.items()})

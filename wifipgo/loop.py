@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from wifipgo import se2
+from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.chance import Streams
 from wifipgo.every_step import Memory
 from wifipgo.graph import (
@@ -63,6 +64,7 @@ _NEXT = np.array([0, 1])  # from (robot, index) to the next pose
 
 
 @one_thread
+@plain_arithmetic
 def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
     """Lay out a world and let every robot sense once from its start, which it knows."""
     cfg, n = scenario.arena, scenario.n_robots
@@ -96,6 +98,7 @@ def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
 
 
 @one_thread
+@plain_arithmetic
 def advance(tick: Tick, commands: Commands, *, world: World, scenario: Scenario, streams: Streams) -> Tick:
     """One iteration: call, drive, turn and listen, measure, meet, take stock."""
     before, belief = tick.truth.poses[:, -1], tick.belief

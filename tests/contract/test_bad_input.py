@@ -135,13 +135,17 @@ def test_wrong_types_are_named_without_the_checks_of_a_test_run() -> None:
     code = """
 import numpy as np
 from envs.rendezvous_v0 import parallel_env
+from baselines.policies import make_policy
 env = parallel_env()
 env.reset(seed=0)
+blocks = parallel_env(observation="dict").reset(seed=0)[0]
 for call in (lambda: env.step(np.zeros((2, 3))), lambda: env.reset(seed=1.5), lambda: env.reset(seed="7"),
              lambda: env.reset(seed=True), lambda: env.reset(options=["n_obstacles"]),
              lambda: env.reset(options={1: 2}), lambda: parallel_env(None),
              lambda: parallel_env(reward=["error"]), lambda: parallel_env(render_height_px="608"),
-             lambda: env.action_space("robot_2"), lambda: env.observation_space(0)):
+             lambda: env.action_space("robot_2"), lambda: env.observation_space(0),
+             lambda: parallel_env(terminate_at_end=1), lambda: parallel_env(actions=None),
+             lambda: make_policy("active", env.scenario).act(blocks)):
     try:
         call()
     except ValueError as problem:
@@ -160,4 +164,7 @@ for call in (lambda: env.step(np.zeros((2, 3))), lambda: env.reset(seed=1.5), la
         "RenderConfig.height_px must be of type int, got '608'",
         "unknown agent 'robot_2'; known: robot_0, robot_1",
         "unknown agent 0; known: robot_0, robot_1",
+        "terminate_at_end must be True or False, got 1",
+        "unknown form of actions None; known: continuous, discrete",
+        "observations must be flat arrays (observation='flat') for a policy, got 'dicts'",
     ]

@@ -70,7 +70,7 @@ def test_the_team_is_its_robots() -> None:
     together, team_infos = team.reset(seed=4)
     for _ in range(6):
         np.testing.assert_array_equal(together, np.concatenate([apart["robot_0"], apart["robot_1"]]))
-        assert team_infos == infos
+        np.testing.assert_equal(team_infos, infos)
         actions = rng.uniform(-1.0, 1.0, (2, 3)).astype(np.float32)
         apart, rewards, *_, infos = robots.step(dict(zip(robots.agents, actions, strict=True)))
         together, reward, terminated, truncated, team_infos = team.step(actions.ravel())

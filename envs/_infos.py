@@ -1,0 +1,51 @@
+"""What is said of each robot beside its observation, of the same keys, shapes and dtypes at every iteration.
+
+Learners stack infos into tensors, so nothing here may grow, shrink or be left out.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool
+
+from wifipgo.graph import ate_rot, ate_trans
+from wifipgo.state import Tick
+from wifipgo.survey import team_share
+
+
+def infos(
+    tick: Tick, agents: list[str], *, mapped_share: float, more: Mapping[str, np.ndarray]
+) -> dict[str, dict[str, Any]]:
+    """Metrics of each robot by agent; those that end in ``_truth`` read what robots cannot know.
+
+    Args:
+        tick: State after the iteration.
+        agents: Names of all robots.
+        mapped_share: Of the team, by the truth.
+        more: Further columns, one row a robot.
+    """
+    truth, belief, n = tick.truth, tick.belief, len(agents)
+    columns = {
+        "err": belief.err.tolist(),
+        "met": list(met(belief.met, n)),
+        "ate_trans_truth": ate_trans(belief.estimate, truth.poses).tolist(),
+        "ate_rot_truth": ate_rot(belief.estimate, truth.poses).tolist(),
+        "bumps_truth": truth.bumps.tolist(),
+        "distance_m_truth": truth.distance_m.tolist(),
+        "mapped_share_belief": [team_share(belief.survey)] * n,
+        "mapped_share_truth": [mapped_share] * n,
+        "coverage_truth": [truth.cells.share] * n,
+        **{name: list(rows) for name, rows in more.items()},
+    }
+    rows = zip(agents, zip(*columns.values(), strict=True), strict=True)
+    return {agent: dict(zip(columns, row, strict=True)) for agent, row in rows}
+
+
+def met(groups: tuple[tuple[int, ...], ...], n_robots: int) -> Bool[np.ndarray, "robots robots"]:
+    """Whether robot i met robot j in this iteration; nobody meets itself."""
+    out = np.zeros((n_robots, n_robots), dtype=bool)
+    for group in groups:
+        out[np.ix_(group, group)] = True
+    np.fill_diagonal(out, False)
+    return out
