@@ -3,11 +3,10 @@
 Learners stack infos into tensors, so nothing here may grow, shrink or be left out.
 """
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Int8
 
 from wifipgo.graph import ate_rot, ate_trans
 from wifipgo.state import Tick
@@ -15,7 +14,7 @@ from wifipgo.survey import team_share
 
 
 def infos(
-    tick: Tick, agents: list[str], *, mapped_share: float, more: Mapping[str, np.ndarray]
+    tick: Tick, agents: list[str], *, mapped_share: float, masks: Int8[np.ndarray, "robots choices"] | None
 ) -> dict[str, dict[str, Any]]:
     """Metrics of each robot by agent; those that end in ``_truth`` read what robots cannot know.
 
@@ -23,10 +22,10 @@ def infos(
         tick: State after the iteration.
         agents: Names of all robots.
         mapped_share: Of the team, by the truth.
-        more: Further columns, one row a robot.
+        masks: Of choices, where actions are choices.
     """
     truth, belief, n = tick.truth, tick.belief, len(agents)
-    columns = {
+    columns: dict[str, list[Any]] = {
         "err": belief.err.tolist(),
         "met": list(met(belief.met, n)),
         "ate_trans_truth": ate_trans(belief.estimate, truth.poses).tolist(),
@@ -36,8 +35,9 @@ def infos(
         "mapped_share_belief": [team_share(belief.survey)] * n,
         "mapped_share_truth": [mapped_share] * n,
         "coverage_truth": [truth.cells.share] * n,
-        **{name: list(rows) for name, rows in more.items()},
     }
+    if masks is not None:
+        columns["action_mask"] = list(masks)
     rows = zip(agents, zip(*columns.values(), strict=True), strict=True)
     return {agent: dict(zip(columns, row, strict=True)) for agent, row in rows}
 

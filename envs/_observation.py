@@ -7,10 +7,11 @@ space and the documentation at once.
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from jaxtyping import Float
+from jaxtyping import Float, Int8
 
 from wifipgo.drift import spread_m
 from wifipgo.radio.bands import band_of
@@ -143,10 +144,29 @@ def dict_space(fields: tuple[Field, ...]) -> spaces.Dict:
     return spaces.Dict({f.name: spaces.Box(f.low, f.high, (f.size,), np.float32) for f in fields})
 
 
-def masked_space(fields: tuple[Field, ...], n_choices: int) -> spaces.Dict:
-    """The flat observation and a mask of choices, as learners that mask expect them."""
+def space_of(fields: tuple[Field, ...], *, as_dict: bool, n_choices: int) -> spaces.Space[Any]:
+    """Space of one robot; ``n_choices`` > 0 puts a mask beside the flat observation of a dict."""
+    if not as_dict:
+        return flat_space(fields)
+    if not n_choices:
+        return dict_space(fields)
     mask = spaces.Box(0, 1, (n_choices,), np.int8)
     return spaces.Dict({"observation": flat_space(fields), "action_mask": mask})
+
+
+def by_agent(
+    rows: Float[np.ndarray, "robots numbers"],
+    agents: list[str],
+    fields: tuple[Field, ...] | None,
+    masks: Int8[np.ndarray, "robots choices"] | None,
+) -> dict[str, Any]:
+    """Observations as `space_of` has them: of dicts where there are ``fields``."""
+    if fields is None:
+        return dict(zip(agents, rows, strict=True))
+    if masks is None:
+        return {agent: by_name(row, fields) for agent, row in zip(agents, rows, strict=True)}
+    pairs = zip(agents, rows, masks.copy(), strict=True)  # infos have the same masks
+    return {agent: {"observation": row, "action_mask": mask} for agent, row, mask in pairs}
 
 
 def by_name(

@@ -1,6 +1,7 @@
 """The ParallelEnv: dicts and arrays, the clock, the agents. Everything else is below."""
 
 from collections.abc import Mapping
+from functools import partial
 from os import PathLike
 from typing import Any
 
@@ -117,7 +118,9 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         self.agents: list[str] = []
         self._as_dict, self._reward = observation == "dict", pick(REWARDS, reward, "reward")
         self._form, self._terminates = pick(ACTION_FORMS, actions, "form of actions"), terminate_at_end
-        self.observation_spaces = {a: self._make_space() for a in self.possible_agents}
+        n_choices = N_CHOICES if self._form.masks else 0
+        make = partial(_observation.space_of, self.layout, as_dict=self._as_dict, n_choices=n_choices)
+        self.observation_spaces = {a: make() for a in self.possible_agents}
         self.action_spaces: dict[str, Any] = {a: self._form.space() for a in self.possible_agents}
         self.state_space = state_space(self.scenario.n_robots)
         self._np_random: np.random.Generator | None = None
@@ -275,27 +278,15 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         root = np.random.SeedSequence().entropy
         return root if isinstance(root, int) else 0, 0
 
-    def _make_space(self) -> spaces.Space[Any]:
-        if not self._as_dict:
-            return _observation.flat_space(self.layout)
-        if self._form.masks is None:
-            return _observation.dict_space(self.layout)
-        return _observation.masked_space(self.layout, N_CHOICES)
-
     def _seen_and_said(
         self, now: Episode, mapped_share: float
     ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
         """Observations and infos of all agents."""
-        belief, agents = now.tick.belief, self.possible_agents
-        form, rows = self._form, _observation.observe(belief, now.scenario)
-        more = {"action_mask": form.masks(belief, now.scenario)} if form.masks else {}
-        said = infos(now.tick, agents, mapped_share=mapped_share, more=more)
-        if not self._as_dict:
-            return dict(zip(agents, rows, strict=True)), said
-        if not more:
-            return {a: _observation.by_name(r, self.layout) for a, r in zip(agents, rows, strict=True)}, said
-        pairs = zip(agents, rows, more["action_mask"].copy(), strict=True)
-        return {a: {"observation": row, "action_mask": mask} for a, row, mask in pairs}, said
+        belief, agents, form = now.tick.belief, self.possible_agents, self._form
+        masks = form.masks(belief, now.scenario) if form.masks else None
+        rows = _observation.observe(belief, now.scenario)
+        seen = _observation.by_agent(rows, agents, self.layout if self._as_dict else None, masks)
+        return seen, infos(now.tick, agents, mapped_share=mapped_share, masks=masks)
 
 
 def _changes(options: Mapping[str, Any] | None) -> dict[str, Any]:

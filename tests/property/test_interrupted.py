@@ -31,8 +31,8 @@ STAGES: list[tuple[Any, str]] = [
     *((wifipgo.loop, name) for name in (*LOOP, "hold_meetings", "residual_error", "taken_stock")),
     *((envs._rendezvous, name) for name in ("updated_map", "Outcome")),
     (Arena, "drive"),
-    (RendezvousEnv, "_observations"),
-    (RendezvousEnv, "_infos"),
+    (RendezvousEnv, "_seen_and_said"),
+    (envs._rendezvous, "infos"),
 ]
 
 
@@ -120,7 +120,7 @@ def test_a_reset_that_fails_leaves_the_episode_before() -> None:
     env, undisturbed = made("gated"), made("gated")
     for one in (env, undisturbed):
         one.reset(seed=3)
-    for stage in [(wifipgo.loop, "scan"), *((RendezvousEnv, name) for name in ("_observations", "_infos"))]:
+    for stage in [(wifipgo.loop, "scan"), (RendezvousEnv, "_seen_and_said"), (envs._rendezvous, "infos")]:
         with pytest.raises(RuntimeError), broken(*stage):
             env.reset(seed=4)
         with pytest.raises(RuntimeError), broken(*stage):
