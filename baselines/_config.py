@@ -47,7 +47,8 @@ class EvaluateConfig:
         resume: Continue an interrupted run with the same settings.
         jobs: Episodes at once; 0: as many as there are cores. Results do not depend on it.
         executor: Where episodes run: process, serial (in this process) or ray. Results do not depend on it.
-        ray_address: Existing Ray cluster; without one, ray starts here.
+        ray_address: Ray cluster to join, e.g. auto; without one, ray starts one of its own on the loopback,
+            whatever else runs and RAY_ADDRESS says.
         config: Take scenario, policies, trials and seed from the config.json of another evaluation;
             what else is on the command line wins.
     """

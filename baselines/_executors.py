@@ -1,12 +1,13 @@
 """Where work is carried out: in this process, in processes of its own, or on Ray.
 
-All three give the same results, because every item carries its seed. A process that dies
-takes nothing with it: its item is tried once more, then reported, and the rest goes on.
+All three give the same results, because every item carries its seed, all run the same code and linear
+algebra has one thread. A process that dies takes nothing with it: its item is tried once more, then
+reported, and the rest goes on.
 """
 
-import importlib
 import multiprocessing
 import os
+import signal
 import sys
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -17,14 +18,16 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
-from wifipgo.errors import MissingExtraError, pick, require
-from wifipgo.processes import THREADS, one_thread_each, settle_in
+from baselines._errands import answer, carried_out, packed
+from baselines._ray import far_errand, first_line, joined, load_ray
+from wifipgo.errors import pick, require
+from wifipgo.processes import one_thread_each, settle_in
 
 EXECUTORS: Mapping[str, str] = MappingProxyType(
     {
         "process": "a process for each job; one job runs in this process",
         "serial": "in this process, one after the other",
-        "ray": "on an existing Ray cluster (--ray-address), or a local one",
+        "ray": "on a Ray cluster (--ray-address), or one of our own that this computer alone reaches",
     }
 )
 _ATTEMPTS = 2  # of an item whose process dies
@@ -36,6 +39,10 @@ Outcome = tuple[Item, BaseException | None]
 
 class WorkerDiedError(RuntimeError):
     """The process that worked on an item ended without a word, each time it was tried."""
+
+    def __init__(self, how: str) -> None:
+        """Say how it ended."""
+        super().__init__(f"the process died, {_ATTEMPTS} times: {how}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +78,7 @@ class Executor:
         fits = not self.ray_address or self.name == "ray"
         require(fits, "ray-address", "given with --executor ray only", self.ray_address)
         if self.name == "ray":
-            _ray()
+            load_ray(self.ray_address)
 
     def slots(self, n_items: int) -> int:
         """Items that run at once, of so many."""
@@ -120,78 +127,88 @@ def _here(work: Work[Item, Any], items: Sequence[Item]) -> Iterator[Outcome[Item
             yield item, None
 
 
+class _Worker:
+    """A process that carries out one errand after another; one that died makes room for a new one."""
+
+    def __init__(self) -> None:
+        """Prepare; the process starts with the first errand."""
+        spawn = multiprocessing.get_context("spawn")
+        self._pool = ProcessPoolExecutor(1, spawn, initializer=settle_in)
+        self._process: multiprocessing.process.BaseProcess | None = None
+
+    def send(self, work: Callable[[Any], Any], item: object) -> "Future[bytes]":
+        """Hand over an errand."""
+        before = multiprocessing.active_children()
+        future = self._pool.submit(carried_out, packed(work, item))
+        started = [child for child in multiprocessing.active_children() if child not in before]
+        self._process = started[0] if started else self._process
+        return future
+
+    def end(self) -> str:
+        """Wait until the process has ended, and tell how."""
+        self._pool.shutdown(cancel_futures=True)
+        code = None if self._process is None else self._process.exitcode
+        if code is None or code >= 0:
+            return f"exit code {code}"
+        name = signal.Signals(-code).name
+        return f"{name}, as when memory runs out" if name == "SIGKILL" else name
+
+
 def _apart(work: Work[Item, Any], items: Sequence[Item], n: int) -> Iterator[Outcome[Item]]:
     """One pool for each job, so that a process that dies is known by its item and breaks no other."""
     waiting = deque((item, 1) for item in items)
-    idle = [_pool() for _ in range(n)]
-    running: dict[Future[None], tuple[ProcessPoolExecutor, Item, int]] = {}
+    idle = [_Worker() for _ in range(n)]
+    running: dict[Future[bytes], tuple[_Worker, Item, int]] = {}
     with one_thread_each():
         try:
             while waiting or running:
                 while waiting and idle:
                     item, attempt = waiting.popleft()
-                    pool = idle.pop()
-                    running[pool.submit(work.carry_out, item)] = pool, item, attempt
+                    worker = idle.pop()
+                    running[worker.send(work.carry_out, item)] = worker, item, attempt
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    pool, item, attempt = running.pop(future)
-                    problem = future.exception()
-                    died = isinstance(problem, BrokenProcessPool)
-                    idle.append(_replaced(pool) if died else pool)
+                    worker, item, attempt = running.pop(future)
+                    problem = _problem_of(future, worker)
+                    died = isinstance(problem, WorkerDiedError)
+                    idle.append(_Worker() if died else worker)
                     if died and attempt < _ATTEMPTS:
                         waiting.appendleft((item, attempt + 1))
                     else:
-                        yield item, WorkerDiedError(_DIED) if died else problem
+                        yield item, problem
         finally:  # after Ctrl-C: those that run end and are kept
-            for pool in {*idle, *(pool for pool, _, _ in running.values())}:
-                pool.shutdown(cancel_futures=True)
+            for worker in (*idle, *(worker for worker, _, _ in running.values())):
+                worker.end()
 
 
-_DIED = f"the process died, {_ATTEMPTS} times"
-
-
-def _pool() -> ProcessPoolExecutor:
-    spawn = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(1, spawn, initializer=settle_in)
-
-
-def _replaced(pool: ProcessPoolExecutor) -> ProcessPoolExecutor:
-    pool.shutdown()
-    return _pool()
-
-
-def _ray() -> Any:
-    """The Ray library, loaded only when it is asked for."""
-    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+def _problem_of(future: "Future[bytes]", worker: _Worker) -> BaseException | None:
+    """What an errand raised, if it did; a process that died is waited for."""
     try:
-        return importlib.import_module("ray")
-    except ImportError as problem:
-        raise MissingExtraError("executor ray needs Ray: install the extra 'ray' (wifipgo[ray])") from problem
+        answer(future.result())
+    except BrokenProcessPool:
+        return WorkerDiedError(worker.end())
+    except Exception as problem:
+        return problem
+    return None
 
 
 def _on_ray(work: Work[Item, Any], items: Sequence[Item], n: int, address: str) -> Iterator[Outcome[Item]]:
     """Compute on Ray, keep here: the computers of a cluster need not share a file system."""
-    ray = _ray()
-    local: dict[str, Any] = {"num_cpus": n, "include_dashboard": False}
-    where = {"address": address} if address else local
-    threads = {"env_vars": dict.fromkeys(THREADS, "1")}
-    ray.init(**where, runtime_env=threads, log_to_driver=False, logging_level="error")
-    try:
-        compute = ray.remote(num_cpus=1, max_retries=_ATTEMPTS - 1)(work.compute)
-        running = {compute.remote(item): item for item in items}
+    ray = load_ray(address)
+    with joined(ray, address, n_cpus=n):
+        compute = ray.remote(num_cpus=1, max_retries=_ATTEMPTS - 1)(far_errand())
+        running = {compute.remote(packed(work.compute, item)): item for item in items}
         while running:
             for future in ray.wait(list(running))[0]:
                 item = running.pop(future)
                 yield item, _kept(ray, work, item, future)
-    finally:
-        ray.shutdown()
 
 
 def _kept(ray: Any, work: Work[Item, Any], item: Item, future: Any) -> BaseException | None:
     """Fetch a result and keep it; what went wrong, if anything did."""
     try:
-        work.keep(item, ray.get(future))
-    except ray.exceptions.WorkerCrashedError:
-        return WorkerDiedError(_DIED)
+        work.keep(item, answer(ray.get(future)))
+    except ray.exceptions.RayError as problem:  # all else comes back as it was raised
+        return WorkerDiedError(first_line(problem))
     except Exception as problem:
         return problem
     return None

@@ -75,15 +75,20 @@ class Plan:
         return json.loads(json.dumps(values, allow_nan=False))
 
 
-@cache
 def versions() -> dict[str, str]:
     """Versions of what computes the results, and a digest of the project's own code."""
+    versions = {name: metadata.version(name) for name in _PACKAGES}
+    return {"python": platform.python_version(), **versions, "code_sha256": code_digest()}
+
+
+@cache
+def code_digest() -> str:
+    """Digest of the project's own code as this process found it first."""
     code = sha256()
     for package in ("baselines", "envs", "wifipgo"):
         for path in sorted(Path(str(files(package))).rglob("*.py")):
             code.update(path.read_bytes())
-    versions = {name: metadata.version(name) for name in _PACKAGES}
-    return {"python": platform.python_version(), **versions, "code_sha256": code.hexdigest()[:16]}
+    return code.hexdigest()[:16]
 
 
 def read_record(path: Path) -> dict[str, Any]:

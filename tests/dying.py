@@ -14,6 +14,19 @@ class Errand(NamedTuple):
     deaths: int
 
 
+class OddError(Exception):
+    """Cannot be rebuilt from its message, so it does not travel between processes."""
+
+    def __init__(self, one: int, two: int) -> None:
+        """Make a message of both."""
+        super().__init__(f"{one} and {two}")
+
+
+def fail_oddly(_: object) -> None:
+    """Raise it."""
+    raise OddError(1, 2)
+
+
 def compute(errand: Errand) -> int:
     """Die as often as asked for, then square the number."""
     marks = len(list(errand.folder.glob(f"died-{errand.number}-*")))

@@ -4,7 +4,6 @@ Its own PPO with one plain perceptron for all robots. What it trains is exported
 `train.ppo`, so ``--policy ppo:path=FILE`` runs it without ray or torch.
 """
 
-import os
 import shutil
 import sys
 from collections.abc import Mapping, Sequence
@@ -17,12 +16,14 @@ import tyro
 from rich.console import Console
 
 from baselines._command import exit_code
+from baselines._executors import cores
 from baselines._interfaces import INTERFACES, make_interface
 from baselines._network import Layer, Network, layout_of, plain
+from baselines._ray import joined, load_ray
 from envs.rendezvous_v0 import REWARDS
 from train._translated_env import TranslatedEnv
 from train._versions import versions
-from wifipgo.errors import MissingExtraError, pick, require
+from wifipgo.errors import pick, require
 from wifipgo.scenarios import Scenario, scenario_named
 from wifipgo.terminal import say
 from wifipgo.whole_files import write_json
@@ -80,6 +81,8 @@ class RllibConfig:
         require(0.0 <= self.gamma <= 1.0, "gamma", "in [0, 1]", self.gamma)
         require(min(self.hidden, default=0) >= 1, "hidden", "one or more layers of >= 1", self.hidden)
         require(self.n_runners >= 0, "n_runners", ">= 0", self.n_runners)
+        if not self.ray_address:
+            _check_runners(self.n_runners, cores())
         pick(INTERFACES, self.interface, "interface")
         pick(REWARDS, self.reward, "reward")
 
@@ -95,10 +98,10 @@ def train(config: RllibConfig, *, console: Console | None = None) -> Network:
     console = console or Console(quiet=True)
     scenario = scenario_named(config.scenario)
     make_interface(config.interface, scenario)
-    ray = _ray()
-    _claim(config)
-    ray.init(address=config.ray_address or None, include_dashboard=False, log_to_driver=False)
-    try:
+    ray = load_ray(config.ray_address, extra="rllib", module="ray.rllib")
+    with joined(ray, config.ray_address, n_cpus=cores()):
+        _check_runners(config.n_runners, int(ray.cluster_resources().get("CPU", 0)))
+        _claim(config)
         algorithm = _algorithm(config, scenario)
         for k in range(config.iterations):
             runners = algorithm.train()["env_runners"]
@@ -109,8 +112,6 @@ def train(config: RllibConfig, *, console: Console | None = None) -> Network:
         network.save(config.out / "policy.npz")
         algorithm.save_to_path(str((config.out / "checkpoint").resolve()))
         algorithm.stop()
-    finally:
-        ray.shutdown()
     say(
         console,
         f"run it: python -m baselines.evaluate --policies active,ppo:path={config.out / 'policy.npz'}",
@@ -139,15 +140,9 @@ def exported(state: Mapping[str, Any], config: RllibConfig, scenario: Scenario) 
     )
 
 
-def _ray() -> Any:
-    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # nothing is sent anywhere
-    os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
-    try:
-        import ray  # noqa: PLC0415
-        import ray.rllib  # noqa: PLC0415
-    except ImportError as problem:
-        raise MissingExtraError("RLlib is not installed: pip install 'wifipgo[rllib]'") from problem
-    return ray
+def _check_runners(n_runners: int, n_cpus: int) -> None:
+    """Refuse more runners than there are cores for: RLlib would wait for more, for ever."""
+    require(n_runners <= n_cpus, "n_runners", f"<= {n_cpus}, the cores that there are", n_runners)
 
 
 def _algorithm(config: RllibConfig, scenario: Scenario) -> Any:

@@ -29,7 +29,7 @@ class ReproduceConfig:
         seed: Root of all seeds.
         jobs: Episodes at once; 0: as many as there are cores. Results do not depend on it.
         executor: Where episodes run: process, serial (in this process) or ray. Results do not depend on it.
-        ray_address: Existing Ray cluster; without one, ray starts here.
+        ray_address: Ray cluster to join, e.g. auto; without one, ray starts one of its own on the loopback.
         out: Folder of the results.
         resume: Go on with the run that is there; its trials, seed and versions must be the same.
         overwrite: Remove the run that is there first.

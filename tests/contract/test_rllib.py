@@ -1,6 +1,6 @@
 """The environment under RLlib, and what it trains as a policy. One iteration, where RLlib is installed."""
 
-import builtins
+import importlib
 from pathlib import Path
 from typing import Any
 
@@ -54,14 +54,14 @@ def test_the_translated_environment_is_a_parallel_environment() -> None:
 def test_without_rllib_it_says_what_to_install(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    real = builtins.__import__
+    real = importlib.import_module
 
     def absent(name: str, *args: Any, **kwargs: Any) -> Any:
         if name.startswith("ray"):
             raise ImportError(name)
         return real(name, *args, **kwargs)
 
-    monkeypatch.setattr(builtins, "__import__", absent)
+    monkeypatch.setattr(importlib, "import_module", absent)
     assert main(["--out", str(tmp_path / "out")]) == 2
     assert "wifipgo[rllib]" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
@@ -70,6 +70,7 @@ def test_without_rllib_it_says_what_to_install(
 def test_bad_settings_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
     for args, told in (
         (["--minibatch-size", "9999"], "minibatch_size must be <= batch_size (1600)"),
+        (["--n-runners", "4096"], "n_runners must be <= "),
         (["--interface", "sonar"], "unknown interface 'sonar'; known: flat, rays"),
     ):
         with pytest.raises(SystemExit) as refusal:
