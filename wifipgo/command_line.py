@@ -33,6 +33,7 @@ from typing import IO, Any
 from unicodedata import category
 
 from wifipgo.errors import BadInputError, DoubtfulError, NumericalError
+from wifipgo.threads import one_thread
 
 DONE, DOUBTFUL, BAD_INPUT, NUMERICAL, DEFECT, INTERRUPTED, UNREAD = 0, 1, 2, 3, 70, 130, 141
 
@@ -47,7 +48,8 @@ def exit_code(job: Callable[[], object], *, interrupted: str = "interrupted; not
     """
     _replace_what_cannot_be_shown()
     try:
-        job()
+        with one_thread:
+            job()
         _flush(sys.stdout)
     except KeyboardInterrupt:
         return _ended(INTERRUPTED, interrupted)
