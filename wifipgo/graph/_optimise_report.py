@@ -1,34 +1,28 @@
-"""Table, files and picture of an optimisation; imported only by the command."""
+"""Table and files of an optimisation; imported only by the command."""
 
-import json
-import os
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
-from matplotlib.patheffects import withStroke
-from rich.console import Console
+from jaxtyping import Float
 from rich.table import Table
 
+from wifipgo import results_folder
 from wifipgo.errors import require
 from wifipgo.graph.files import Reading, write_g2o
 from wifipgo.graph.keyed import PoseGraph, keys_of
 from wifipgo.graph.solvers.spatial import FULL_WEIGHT
 from wifipgo.graph.trajectories import write_kitti, write_tum
+from wifipgo.terminal import Terminal
+from wifipgo.whole_files import appearing, write_json
 
-# Okabe and Ito's palette, which colour-blind readers tell apart.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9")
-REPORT = "report.json"
+KIND = "optimise"
+REPORT, PICTURE = "report.json", "before_after.png"
 
 
 class Results(NamedTuple):
-    """A folder of results that appears whole or not at all."""
+    """A folder of results that appears whole or not at all; hold its lock meanwhile."""
 
     out: Path
 
@@ -37,12 +31,12 @@ class Results(NamedTuple):
         """Refuse, before any work, a folder that holds something else, or results without leave.
 
         Raises:
-            ValueError: There is something that may not be replaced.
+            BadInputError: There is something that may not be replaced.
         """
         require(not out.exists() or out.is_dir(), "out", "a folder", str(out))
-        if out.is_dir() and any(out.iterdir()):
-            require((out / REPORT).is_file(), "out", "new, empty or of an earlier run", str(out))
-            require(overwrite, "out", "new or empty (--overwrite replaces what is there)", str(out))
+        results_folder.check_replaceable(out, KIND)
+        taken = out.is_dir() and any(out.iterdir())
+        require(overwrite or not taken, "out", "new or empty (--overwrite replaces what is there)", str(out))
         return cls(out)
 
     def publish(
@@ -54,29 +48,53 @@ class Results(NamedTuple):
         *,
         single: bool,
     ) -> None:
-        """Write everything beside the folder, then give it the name."""
+        """Write everything but the picture beside the folder, then give it the name."""
         partial = self.out.with_name(f"{self.out.name}.partial")
-        shutil.rmtree(partial, ignore_errors=True)
-        partial.mkdir(parents=True)
-        graph = reading.graph
-        solved = graph.with_poses(poses)
-        write_g2o(
-            partial / ("optimised.g2o" if single else "optimised"),
-            solved,
-            keys=reading.keys,
-            fixed=reading.fixed,
-            landmarks=reading.landmarks,
-        )
-        write_tum(partial / "tum", graph, poses)
-        write_kitti(partial / "kitti", graph, poses)
-        draw(partial / "before_after.png", graph, poses, weight)
-        down = {"weighed_down": weighed_down(graph, weight)}
-        (partial / REPORT).write_text(json.dumps({**table, **down}, indent=2) + "\n", encoding="utf-8")
-        replaced = self.out.with_name(f"{self.out.name}.replaced")
-        if self.out.exists():
-            os.replace(self.out, replaced)
-        os.replace(partial, self.out)
-        shutil.rmtree(replaced, ignore_errors=True)
+        results_folder.remove(partial, KIND)
+        results_folder.begin(partial, KIND)
+        results_folder.note(partial, ["results/"])
+        staging = partial / "results"
+        staging.mkdir()
+        try:
+            _write(staging, reading, poses, weight, table, single=single)
+            results_folder.publish(staging, self.out, KIND, later=[PICTURE])
+        finally:
+            results_folder.remove(partial, KIND)
+
+    def draw(
+        self, graph: PoseGraph, poses: Float[np.ndarray, "poses dims"], weight: Float[np.ndarray, " edges"]
+    ) -> None:
+        """Draw before and after; a picture that cannot be drawn is a warning, results stay."""
+        from wifipgo.figures import drawing  # noqa: PLC0415 (matplotlib loads slowly)
+
+        with drawing(self.out / PICTURE):
+            from wifipgo.graph._optimise_picture import draw  # noqa: PLC0415
+
+            with appearing(self.out / PICTURE, by_suffix=True) as unfinished:
+                draw(unfinished, graph, poses, weight)
+
+
+def _write(
+    folder: Path,
+    reading: Reading,
+    poses: Float[np.ndarray, "poses dims"],
+    weight: Float[np.ndarray, " edges"],
+    table: Mapping[str, object],
+    *,
+    single: bool,
+) -> None:
+    """Write graph, trajectories and report."""
+    graph = reading.graph
+    write_g2o(
+        folder / ("optimised.g2o" if single else "optimised"),
+        graph.with_poses(poses),
+        keys=reading.keys,
+        fixed=reading.fixed,
+        landmarks=reading.landmarks,
+    )
+    write_tum(folder / "tum", graph, poses)
+    write_kitti(folder / "kitti", graph, poses)
+    write_json(folder / REPORT, {**table, "weighed_down": weighed_down(graph, weight)}, allow_nan=True)
 
 
 def weighed_down(graph: PoseGraph, weight: Float[np.ndarray, " edges"]) -> list[dict[str, object]]:
@@ -107,39 +125,4 @@ def print_table(figures: Mapping[str, object], *, title: str) -> None:
                 else str(value)
             )
             table.add_row(name, text)
-    Console().print(table)
-
-
-def draw(
-    path: Path, graph: PoseGraph, poses: Float[np.ndarray, "poses dims"], weight: Float[np.ndarray, " edges"]
-) -> None:
-    """Draw the graph from above before and after.
-
-    Each robot has its number and a colour, measurements between robots are grey, those that
-    were weighed below a half red.
-    """
-    figure = Figure(figsize=(11.0, 5.6), dpi=150, layout="constrained")
-    panels = figure.subplots(1, 2, sharex=True, sharey=True)
-    for axes, rows, name in zip(panels, (graph.poses, poses), ("before", "after"), strict=True):
-        _panel(axes, graph, rows[:, :2], weight < 0.5)
-        axes.set(title=name, xlabel="x (m)", aspect="equal")
-        axes.spines[["top", "right"]].set_visible(False)
-    panels[0].set_ylabel("y (m)")
-    figure.savefig(path)
-
-
-def _panel(
-    axes: Axes, graph: PoseGraph, p_m: Float[np.ndarray, "poses 2"], rejected: Bool[np.ndarray, " edges"]
-) -> None:
-    """One state of the graph."""
-    lines, between = np.stack([p_m[graph.tail], p_m[graph.head]], axis=1), graph.between_robots
-    place = np.searchsorted(graph.robots, graph.robot)
-    colour = np.array(COLOURS)[place % len(COLOURS)]
-    own = np.where(rejected, "#D00000", np.where(between, "0.7", colour[graph.tail]))
-    axes.add_collection(LineCollection(list(lines), colors=own.tolist(), linewidths=0.7, zorder=1))
-    axes.scatter(p_m[:, 0], p_m[:, 1], s=6.0, c=colour.tolist(), zorder=2)
-    halo = [withStroke(linewidth=2.5, foreground="white")]
-    for robot in graph.robots.tolist():
-        x_m, y_m = p_m[graph.robot == robot].mean(axis=0)
-        axes.text(x_m, y_m, str(robot), ha="center", va="center", weight="bold", path_effects=halo, zorder=3)
-    axes.autoscale()
+    Terminal().print(table)

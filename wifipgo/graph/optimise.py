@@ -5,9 +5,11 @@
     python -m wifipgo.graph.optimise DIR_OR_FILE [--backend distributed] [--robust gnc] [--out DIR]
 """
 
+import re
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Literal, NamedTuple
@@ -16,7 +18,9 @@ import numpy as np
 import tyro
 from jaxtyping import Float, Int
 
-from wifipgo.errors import require
+from wifipgo.command_line import exit_code, printable, say
+from wifipgo.errors import DoubtfulError, NumericalError, require
+from wifipgo.folder_lock import held
 from wifipgo.graph.chordal import chordal_cost, links, matrices
 from wifipgo.graph.distributed import Channel, DistributedConfig, solve_distributed
 from wifipgo.graph.files import Reading, read_g2o
@@ -26,9 +30,11 @@ from wifipgo.graph.pcm import consistent_edges
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.reweighted import solve_reweighted
 from wifipgo.graph.solvers.spatial import FULL_WEIGHT, at_minimum, solve_graph
+from wifipgo.processes import in_a_process
 
 Backend = Literal["gtsam", "distributed"]
 Robust = Literal["none", "huber", "gnc", "pcm"]
+FEW_EDGES = 300  # a search of so many is over before somebody could stop it
 STEPS: Mapping[str, str] = MappingProxyType({"gtsam": "iterations", "distributed": "rounds"})
 
 
@@ -82,7 +88,13 @@ def optimise(
     loss = robust if robust in {"huber", "gnc"} else "none"
     guarded = graph.with_weight(graph.weight * weight)
     if backend == "gtsam":
-        poses, report = solve_graph(guarded, fixed=fixed, robust=loss)
+        try:
+            poses, report = solve_graph(guarded, fixed=fixed, robust=loss)
+        except NumericalError:
+            raise
+        except RuntimeError as failure:  # gtsam's
+            raise NumericalError(_broken_down(failure, graph)) from failure
+        poses = _put_back(poses, graph, fixed)
         for down in report.weighed_down:
             weight[down.rows] = down.weight
         done = at_minimum(graph.with_weight(graph.weight * weight), poses, fixed)
@@ -96,6 +108,32 @@ def optimise(
         )
     seconds = time.perf_counter() - begin
     return Outcome(poses, weight, told.rounds, told.converged, channel.bytes_sent, seconds)
+
+
+def _broken_down(failure: RuntimeError, graph: PoseGraph) -> str:
+    """What gtsam says, with the pose where it stopped and the surest measurement of that."""
+    text = " ".join(str(failure).split())
+    near = re.search(r"near variable (\d+)", text)
+    row = int(near[1]) if near else -1
+    touching = np.flatnonzero((graph.tail == row) | (graph.head == row))
+    if len(touching) == 0:
+        return f"the search broke down: {text[:200]}"
+    surest = touching[np.argmax(np.abs(graph.information[touching]).max(axis=(1, 2)))]
+    at, tail, head = (
+        f"pose {graph.index[k]} of robot {graph.robot[k]}"
+        for k in (row, graph.tail[surest], graph.head[surest])
+    )
+    return f"the search broke down near {at}, whose surest measurement is from {tail} to {head}"
+
+
+def _put_back(
+    poses: Float[np.ndarray, "poses dims"], graph: PoseGraph, fixed: Int[np.ndarray, " fixed"] | None
+) -> Float[np.ndarray, "poses dims"]:
+    """Known poses to the bit: a search holds them by a stiff spring."""
+    poses = poses.copy()
+    if fixed is not None:
+        poses[fixed] = graph.poses[fixed]
+    return poses
 
 
 def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) -> dict[str, object]:
@@ -131,7 +169,7 @@ def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) ->
     }
 
 
-def main(
+def run(
     path: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="DIR_OR_FILE")],
     *,
     backend: Backend = "gtsam",
@@ -145,8 +183,8 @@ def main(
 
     Prints a table and writes the optimised g2o, TUM and KITTI files of all robots, a
     report.json with the table and the measurements that were weighed down, and a picture of
-    before and after. The folder appears whole or not at all. Exit code 2 and one line on stderr if the graph
-    cannot be read or the folder not be written; 1 if it did not converge.
+    before and after. The folder appears whole or not at all, the picture after it. Exit code 1 if the search
+    did not converge, 2 if the graph cannot be read or the folder not be written, 3 if the search broke down.
 
     Args:
         path: A g2o file, or a folder with one file a robot: 0.g2o, 1.g2o, ...
@@ -159,23 +197,33 @@ def main(
     """
     from wifipgo.graph._optimise_report import Results, print_table  # noqa: PLC0415
 
-    try:
+    require(0.0 < threshold < np.inf, "threshold", "positive and finite", threshold)
+    with held(out):
         results = Results.claim(out, overwrite=overwrite)
         reading = read_g2o(path, lenient=lenient)
-        outcome = optimise(
-            reading.graph, fixed=reading.fixed, backend=backend, robust=robust, threshold=threshold
-        )
+        outcome = _optimised(reading, backend=backend, robust=robust, threshold=threshold)
         table = figures(reading, outcome, backend=backend, robust=robust)
-        results.publish(reading, outcome.poses, outcome.weight, table, single=path.is_file())
-    except (OSError, ValueError, RuntimeError) as error:
-        print(f"optimise: {str(error).strip().splitlines()[0]}", file=sys.stderr)
-        raise SystemExit(2) from error
-    print_table(table, title=path.resolve().name)
-    print(f"results: {out}")
+        results.publish(reading, outcome.poses, outcome.weight, table, single=not path.is_dir())
+        print_table(table, title=printable(path.resolve().name))
+        say(f"results: {out}")
+        results.draw(reading.graph, outcome.poses, outcome.weight)
     if not outcome.converged:
-        print("optimise: not converged, the poses are no optimum", file=sys.stderr)
-        raise SystemExit(1)
+        raise DoubtfulError("not converged: the poses are there, but they are no optimum")
+
+
+def _optimised(reading: Reading, *, backend: Backend, robust: Robust, threshold: float) -> Outcome:
+    """`optimise`, where Ctrl-C ends it at once: gtsam's loops, once in them, do not hear it."""
+    job = partial(
+        optimise, reading.graph, fixed=reading.fixed, backend=backend, robust=robust, threshold=threshold
+    )
+    long = backend == "gtsam" and len(reading.graph.tail) > FEW_EDGES
+    return in_a_process(job) if long else job()
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run from the command line; the exit code is that of `wifipgo.command_line`."""
+    return exit_code(lambda: tyro.cli(run, prog="python -m wifipgo.graph.optimise", args=args))
 
 
 if __name__ == "__main__":
-    tyro.cli(main, prog="python -m wifipgo.graph.optimise")
+    sys.exit(main())

@@ -130,7 +130,11 @@ def at_minimum(
     if not np.isfinite(here):
         return False
     linear = factors.linearize(values)
-    return bool(here - linear.error(linear.optimize()) <= STATIONARY * (1.0 + here))
+    try:
+        step = linear.optimize()
+    except RuntimeError:  # no digits are left for one more step, so nobody can tell
+        return False
+    return bool(here - linear.error(step) <= STATIONARY * (1.0 + here))
 
 
 def _search(

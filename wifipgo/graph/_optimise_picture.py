@@ -1,0 +1,50 @@
+"""Picture of an optimisation: the graph from above before and after."""
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+
+from wifipgo.graph.keyed import PoseGraph
+
+# Okabe and Ito's palette, which colour-blind readers tell apart.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9")
+
+
+def draw(
+    path: Path, graph: PoseGraph, poses: Float[np.ndarray, "poses dims"], weight: Float[np.ndarray, " edges"]
+) -> None:
+    """Draw the graph from above before and after.
+
+    Each robot has its number and a colour, measurements between robots are grey, those that
+    were weighed below a half red.
+    """
+    figure = Figure(figsize=(11.0, 5.6), dpi=150, layout="constrained")
+    panels = figure.subplots(1, 2, sharex=True, sharey=True)
+    for axes, rows, name in zip(panels, (graph.poses, poses), ("before", "after"), strict=True):
+        _panel(axes, graph, rows[:, :2], weight < 0.5)
+        axes.set(title=name, xlabel="x (m)", aspect="equal")
+        axes.spines[["top", "right"]].set_visible(False)
+    panels[0].set_ylabel("y (m)")
+    figure.savefig(path)
+
+
+def _panel(
+    axes: Axes, graph: PoseGraph, p_m: Float[np.ndarray, "poses 2"], rejected: Bool[np.ndarray, " edges"]
+) -> None:
+    """One state of the graph."""
+    lines, between = np.stack([p_m[graph.tail], p_m[graph.head]], axis=1), graph.between_robots
+    place = np.searchsorted(graph.robots, graph.robot)
+    colour = np.array(COLOURS)[place % len(COLOURS)]
+    own = np.where(rejected, "#D00000", np.where(between, "0.7", colour[graph.tail]))
+    axes.add_collection(LineCollection(list(lines), colors=own.tolist(), linewidths=0.7, zorder=1))
+    axes.scatter(p_m[:, 0], p_m[:, 1], s=6.0, c=colour.tolist(), zorder=2)
+    halo = [withStroke(linewidth=2.5, foreground="white")]
+    for robot in graph.robots.tolist():
+        x_m, y_m = p_m[graph.robot == robot].mean(axis=0)
+        axes.text(x_m, y_m, str(robot), ha="center", va="center", weight="bold", path_effects=halo, zorder=3)
+    axes.autoscale()
