@@ -1,5 +1,8 @@
 """An evaluation on the terminal: a table, the paired comparison, where the results are."""
 
+import shlex
+from pathlib import Path
+
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -50,7 +53,8 @@ def report(summary: Summary, plan: Plan, *, out: str, console: Console) -> None:
     for policy, paired in summary.paired.items():
         say(console, _comparison(policy, summary.reference, paired))
     say(console, f"results: {out}")
-    say(console, f"repeat:  python -m baselines.evaluate --config {out}/config.json --out OTHER")
+    record = shlex.quote(str(Path(out) / "config.json"))
+    say(console, f"repeat:  python -m baselines.evaluate --config {record} --out OTHER")
 
 
 def _side_by_side(table: Table, summary: Summary, plan: Plan) -> None:

@@ -39,6 +39,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from wifipgo.command_line import exit_code
 from wifipgo.errors import require
 from wifipgo.graph.encounter_grid import ODOMETRY, encounter, encounter_grid, error_under
 from wifipgo.graph.encounters import Encounter, EncounterConfig
@@ -281,7 +282,5 @@ def main(config: OutlierConfig) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main(tyro.cli(OutlierConfig, description=__doc__))
-    except ValueError as problem:
-        sys.exit(str(problem))
+    kept = "interrupted; finished cells are kept: --resume goes on"
+    sys.exit(exit_code(lambda: main(tyro.cli(OutlierConfig, description=__doc__)), interrupted=kept))
