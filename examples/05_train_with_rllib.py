@@ -18,7 +18,7 @@ from envs.rendezvous_v0 import parallel_env
 register_env("rendezvous", lambda config: ParallelPettingZooEnv(parallel_env(**config)))
 config = (
     PPOConfig()
-    .environment("rendezvous", env_config={"scenario": "paper-sim-2", "n_steps": 20})
+    .environment("rendezvous", env_config={"scenario": "paper-sim-2", "size_m": 4.0, "n_steps": 20})
     .env_runners(num_env_runners=0)  # > 0: processes that collect, here or on a cluster
     .multi_agent(policies={"robot"}, policy_mapping_fn=lambda agent, episode, **_: "robot")
     .training(train_batch_size_per_learner=80, minibatch_size=40, num_epochs=2, gamma=0.99)

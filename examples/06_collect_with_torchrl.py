@@ -11,7 +11,7 @@ from torchrl.modules import MultiAgentMLP
 from envs.rendezvous_v0 import parallel_env
 
 torch.manual_seed(0)
-env = PettingZooWrapper(parallel_env("paper-sim-2", n_steps=20), return_state=True)
+env = PettingZooWrapper(parallel_env("paper-sim-2", size_m=4.0, n_steps=20), return_state=True)
 env.set_seed(0)
 
 rollout = env.rollout(20)

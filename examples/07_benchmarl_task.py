@@ -49,7 +49,7 @@ if __name__ == "__main__":
     config.on_policy_minibatch_size, config.on_policy_n_minibatch_iters = 20, 1
     config.on_policy_n_envs_per_worker, config.evaluation_episodes, config.evaluation_interval = 2, 1, 40
     config.loggers, config.create_json, config.render, config.project_name = [], False, False, "rendezvous"
-    task = RendezvousTask("RENDEZVOUS", {"scenario": "paper-sim-2", "max_cycles": 10})
+    task = RendezvousTask("RENDEZVOUS", {"scenario": "paper-sim-2", "size_m": 4.0, "max_cycles": 10})
     mappo, mlp = MappoConfig.get_from_yaml(), MlpConfig.get_from_yaml()
     experiment = Experiment(task, mappo, mlp, seed=0, config=config, critic_model_config=mlp)
     experiment.run()

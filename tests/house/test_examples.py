@@ -6,8 +6,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from house.project_files import ROOT
+
+from envs.rendezvous_v0 import parallel_env
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 # What an example needs beyond the package and its extra `train`; RLlib is not whole without dm-tree.
@@ -40,6 +43,22 @@ def test_example_runs_and_is_short(path: Path, tmp_path: Path) -> None:
     result = run(str(path), cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert result.stdout
+
+
+def test_examples_of_frameworks_go_past_a_meeting() -> None:
+    """The room that they make is one in which robots meet within ten iterations, whatever they do."""
+    for path in [path for path in EXAMPLES if path.name[:2] in {"04", "05", "06", "07"}]:
+        code = path.read_text(encoding="utf-8")
+        assert re.search(r"size_m\W+4\.0", code), path.name
+        assert "paper-sim-2" in code, path.name
+    env, rng = parallel_env("paper-sim-2", size_m=4.0, n_steps=10), np.random.default_rng(0)
+    for seed in range(3):
+        env.reset(seed=seed)
+        met = False
+        while env.agents:
+            *_, infos = env.step({agent: rng.uniform(-1.0, 1.0, 3) for agent in env.agents})
+            met |= bool(infos["robot_0"]["met"].any())
+        assert met, seed
 
 
 @pytest.mark.parametrize(
