@@ -1,6 +1,6 @@
 """How good a policy is while it is trained: mapped share on worlds kept apart, beside scripted policies."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +13,13 @@ from baselines._learned import LearnedPolicy
 from baselines._network import Network
 from baselines.policies import Policy
 from train._config import SelectionConfig
+from wifipgo.errors import require
+from wifipgo.figures import drawing
 from wifipgo.scenarios import Scenario
 from wifipgo.whole_files import appearing
 
 LEARNED = "learned"
+_CURVE = "curve/"
 _COLUMNS = ("agent_steps", "policy", "trial", "seed", "mapped_share")
 
 
@@ -47,19 +50,14 @@ class Curve:
         for spec in cfg.policies:
             if not (self.table["policy"] == spec).any():
                 self._add(0, spec, mapped_shares(spec, scenario, cfg))
+        if table is not None:
+            self.write()
 
     def evaluated(self, network: Network, agent_steps: int) -> float:
-        """Play a network, write table and picture, and say its mean."""
+        """Play a network, add its scores to the table, and say their mean."""
         shares = mapped_shares(LearnedPolicy.of(network, self._scenario), self._scenario, self._cfg)
         self._add(agent_steps, LEARNED, shares)
-        self._write()
         return float(shares.mean())
-
-    @property
-    def best(self) -> float:
-        """Best mean of a network so far, -1 before the first."""
-        mine = self.table[self.table["policy"] == LEARNED]
-        return float(mine.groupby("agent_steps")["mapped_share"].mean().max()) if len(mine) else -1.0
 
     def _add(self, agent_steps: int, policy: str, shares: Sequence[float] | np.ndarray) -> None:
         seeds = [trial_seed(self._cfg.seed, trial) for trial in range(self._cfg.trials)]
@@ -67,11 +65,38 @@ class Curve:
         new = pd.DataFrame(keys | {"mapped_share": shares})
         self.table = pd.concat([self.table, new], ignore_index=True) if len(self.table) else new
 
-    def _write(self) -> None:
+    def write(self) -> None:
+        """Rewrite table and picture."""
         with appearing(self._out / "curve.parquet") as unfinished:
             self.table.to_parquet(unfinished, index=False)
-        with appearing(self._out / "curve.png") as unfinished:
+        picture = self._out / "curve.png"
+        with drawing(picture), appearing(picture) as unfinished:
             drawn(self.table, self._scenario.name).savefig(unfinished, dpi=120, format="png")
+
+
+def arrays_of_table(table: pd.DataFrame) -> dict[str, np.ndarray]:
+    """Columns of a table, by name."""
+    columns = {f"{_CURVE}{name}": table[name].to_numpy() for name in _COLUMNS}
+    return columns | {f"{_CURVE}policy": table["policy"].to_numpy(np.str_)}
+
+
+def table_of(arrays: Mapping[str, np.ndarray], cfg: SelectionConfig, *, where: str) -> pd.DataFrame | None:
+    """Table of the columns that `arrays_of_table` made, None if its worlds are not those of the selection.
+
+    Raises:
+        BadInputError: A column is missing, or of another length or kind.
+    """
+    columns = {name: arrays.get(f"{_CURVE}{name}") for name in _COLUMNS}
+    found = {name: column for name, column in columns.items() if column is not None}
+    fits = len(found) == len(_COLUMNS) and len({column.shape for column in found.values()}) == 1
+    kinds = "".join(column.dtype.kind for column in found.values())
+    require(fits and kinds == "iUiif", f"{where}: curve", f"columns {_COLUMNS} of one length", kinds)
+    table = pd.DataFrame(found).astype({"policy": object})
+    seeds = [trial_seed(cfg.seed, trial) for trial in range(cfg.trials)]
+    mine = [
+        rows["seed"].tolist() == seeds for _, rows in table.groupby(["agent_steps", "policy"], sort=False)
+    ]
+    return table if all(mine) else None
 
 
 def drawn(table: pd.DataFrame, title: str) -> Figure:

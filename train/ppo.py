@@ -1,10 +1,10 @@
 """Train a policy with shared parameters: ``python -m train.ppo --config train/configs/paper-sim-2.yaml``."""
 
-import shutil
 import sys
 from collections.abc import Sequence
 from functools import partial
 from hashlib import sha256
+from pathlib import Path
 
 import pandas as pd
 import torch
@@ -16,18 +16,21 @@ from stable_baselines3.common.vec_env import VecNormalize
 
 from baselines._command import exit_code
 from baselines.policies import make_policy
-from train._checkpoints import Checkpoints, State
+from train._checkpoints import TRAINING, Checkpoints, State, read_state, read_training
 from train._config import TrainConfig
 from train._config_files import changed_fields, command_of, parsed, record_of
 from train._export import exported
 from train._imitation import imitate
+from train._model_arrays import arrays_of, restore
 from train._progress import Between
 from train._rays_policy import RaysPolicy
-from train._rollouts import environments, scenarios_of, translated_of
-from train._selection import Curve
+from train._rollouts import environments, scenarios_of
+from train._selection import Curve, arrays_of_table, table_of
 from train._versions import versions
 from train._yaml import read_settings, written
 from wifipgo.errors import require
+from wifipgo.folder_lock import held
+from wifipgo.results_folder import begin, check_replaceable, is_of, note, remove
 from wifipgo.scenarios import Scenario
 from wifipgo.terminal import say
 from wifipgo.threads import one_thread
@@ -37,6 +40,8 @@ __all__ = ["Run", "digest", "main", "train"]
 
 # Each time a run is continued, its worlds follow another root.
 _RESUMED = 7_919
+_KIND = "train.ppo"
+_FILES = ("config.yaml", "versions.json", "curve.parquet", "curve.png", "tensorboard/")
 
 
 @one_thread
@@ -50,11 +55,12 @@ def train(config: TrainConfig, *, console: Console | None = None) -> "Run":
         OSError: A folder that cannot be written.
     """
     torch.set_num_threads(1)  # small networks: more threads cost more than they bring, and order sums anew
-    run = Run(config, console or Console(quiet=True))
-    try:
-        run.go()
-    finally:
-        run.norm.close()
+    with held(config.out):
+        run = Run(config, console or Console(quiet=True))
+        try:
+            run.go()
+        finally:
+            run.norm.close()
     return run
 
 
@@ -67,39 +73,62 @@ class Run:
         self.scenario = scenarios_of(config)[0]
         self.checkpoints = Checkpoints(config.out)
         _check(config, self.scenario)
-        if config.resume:
-            self.checkpoints.check(self.scenario)
-        _claim(config, self.checkpoints)
+        _claim(config)
+        start = self._checked_start() if config.resume else None
+        _write_record(config)
         self.norm = environments(config, config.seed)
-        self.state = State()
-        if config.resume:
-            self.norm = self.checkpoints.statistics(translated_of(self.norm))
         self.model = _model(config, self.norm)
-        if config.resume:
-            self.state = self.checkpoints.restore(self.model)
-            self.model.num_timesteps = self.state.agent_steps
-            self.norm.seed(config.seed + _RESUMED * (self.state.agent_steps + self.state.imitated))
+        self.state, self.best, table = State(), -1.0, None
+        if start is not None:
+            table = self._continue(start)
+        self.curve = Curve(config.out, self.scenario, config.selection, table)
         self.model.set_logger(configure(str(config.out / "tensorboard"), ["tensorboard"]))
+
+    def _checked_start(self) -> Path:
+        """Checkpoint to go on from, if it fits; says so if it is not the last one."""
+        folder, problem = self.checkpoints.latest_intact()
+        self.checkpoints.check(folder, self.scenario)
+        record = self.config.out / "config.yaml"
+        changed = changed_fields(read_settings(record).values, record_of(self.config))
+        require(not changed, "resume", f"given with the settings of {record}", changed[:3])
+        if problem:
+            say(self._console, f"{problem}; going on from {folder.name}, the one before it")
+        return folder
+
+    def _continue(self, start: Path) -> pd.DataFrame | None:
+        """Take up a checkpoint; what was written after it is of networks that are lost.
+
+        Returns:
+            Scores up to there, if they are of the same worlds.
+        """
+        arrays = read_training(start)
+        restore(arrays, self.model, self.norm, where=str(start / TRAINING))
+        self.checkpoints.point("last", start)
+        self.state = read_state(start)
+        self.model.num_timesteps = self.state.agent_steps
+        self.norm.seed(self.config.seed + _RESUMED * (self.state.agent_steps + self.state.imitated))
+        best = self.checkpoints.mend_best(start)
+        table = table_of(arrays, self.config.selection, where=str(start / TRAINING))
+        self.best = best if table is not None else -1.0
+        return table
 
     def go(self) -> None:
         """Imitate if asked to, then PPO; evaluate on the way and at the end."""
         config = self.config
         say(self._console, f"{self.scenario.name}, seed {config.seed}: results in {config.out}")
-        self.curve = Curve(config.out, self.scenario, config.selection, _table(config))
         with _bar(self._console) as progress:
             if config.imitation.policy and not self.state.imitated:
                 self._imitate(progress)
             if self.state.agent_steps < config.ppo.agent_steps:
                 self._improve(progress)
         say(self._console, f"weights at the end: sha256 {digest(self.model)}")
-        say(self._console, f"best mean mapped share on the worlds of the selection: {self.curve.best:.3f}")
+        say(self._console, f"best mean mapped share on the worlds of the selection: {self.best:.3f}")
         best = self.checkpoints.path("best") / "policy.npz"
         say(self._console, f"run it: python -m baselines.evaluate --policies active,ppo:path={best}")
 
     def evaluated(self, updates: int) -> float:
         """Score of the model as it is; saves it, as the best if it is."""
-        state = State(agent_steps=self.model.num_timesteps, imitated=self.state.imitated, updates=updates)
-        self.state = state
+        steps, imitated = self.model.num_timesteps, self.state.imitated
         network = exported(
             self.model,
             self.norm,
@@ -108,15 +137,18 @@ class Run:
             origin={
                 "command": command_of(self.config),
                 "settings": record_of(self.config),
-                "agent_steps": state.agent_steps,
-                "imitated": state.imitated,
+                "agent_steps": steps,
+                "imitated": imitated,
                 "versions": versions(),
             },
         )
-        best = self.curve.best
-        score = self.curve.evaluated(network, state.imitated + state.agent_steps)
-        self.checkpoints.save(self.model, self.norm, network, state, best=score > best)
-        say(self._console, f"{state.imitated + state.agent_steps:>9} agent-steps: mapped share {score:.3f}")
+        score = self.curve.evaluated(network, imitated + steps)
+        self.state = State(agent_steps=steps, imitated=imitated, updates=updates, score=score)
+        arrays = arrays_of(self.model, self.norm) | arrays_of_table(self.curve.table)
+        self.checkpoints.save(arrays, network, self.state, best=score > self.best)
+        self.best = max(self.best, score)
+        self.curve.write()  # last: a run that is killed before leaves no scores of a network that is lost
+        say(self._console, f"{imitated + steps:>9} agent-steps: mapped share {score:.3f}")
         return score
 
     def _imitate(self, progress: Progress) -> None:
@@ -187,38 +219,30 @@ def _check(config: TrainConfig, scenario: Scenario) -> None:
     require(rows * n_steps % config.ppo.batch_size == 0, "ppo.batch_size", rule, config.ppo.batch_size)
 
 
-def _claim(config: TrainConfig, checkpoints: Checkpoints) -> None:
-    """Make the folder and write the settings down, or see that a run there may be continued.
+def _claim(config: TrainConfig) -> None:
+    """See that a run in the folder may be continued, or remove it if it is to be replaced.
 
     Raises:
-        ValueError: There is a run and no leave to replace or continue it, or the settings are others.
+        BadInputError: There is a run and no leave to replace or continue it, or something that is no run.
         OSError: The folder cannot be written.
     """
-    out, record = config.out, record_of(config)
+    out = config.out
     if config.resume:
-        checkpoints.path()
-        there = read_settings(out / "config.yaml").values
-        changed = changed_fields(there, record)
-        require(not changed, "resume", f"given with the settings of {out / 'config.yaml'}", changed[:3])
+        Checkpoints(out).path()
+        require(is_of(out, _KIND), "out", "a folder of train.ppo, with its manifest.jsonl", str(out))
     elif out.exists() and any(out.iterdir()):
-        ours = (out / "config.yaml").is_file()
         rule = "new or empty (--resume continues a run, --overwrite replaces it)"
-        require(config.overwrite and ours, "out", rule, str(out))
-        shutil.rmtree(out)
-    out.mkdir(parents=True, exist_ok=True)
-    write_text(out / "config.yaml", written(record))
-    write_json(out / "versions.json", versions())
+        require(config.overwrite and is_of(out, _KIND), "out", rule, str(out))
+        check_replaceable(out, _KIND)
+        remove(out, _KIND)
 
 
-def _table(config: TrainConfig) -> pd.DataFrame | None:
-    """Scores of a run that is continued, on the same worlds."""
-    path = config.out / "curve.parquet"
-    if not config.resume or not path.is_file():
-        return None
-    table = pd.read_parquet(path)
-    there = read_settings(config.out / "config.yaml").values["selection"]
-    same = there["seed"] == config.selection.seed and table["trial"].max() + 1 == config.selection.trials
-    return table if same else None
+def _write_record(config: TrainConfig) -> None:
+    """Make the folder and write the settings down."""
+    begin(config.out, _KIND)
+    note(config.out, _FILES)
+    write_text(config.out / "config.yaml", written(record_of(config)))
+    write_json(config.out / "versions.json", versions())
 
 
 def _bar(console: Console) -> Progress:

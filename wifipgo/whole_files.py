@@ -22,7 +22,10 @@ def appearing(path: Path, *, by_suffix: bool = False) -> Iterator[Path]:
     name = f".{path.stem}.partial{path.suffix}" if by_suffix else f"{path.name}.tmp"
     unfinished = path.with_name(name)
     try:
+        unfinished.unlink(missing_ok=True)
+        os.close(os.open(unfinished, _NEW, 0o666))
         yield unfinished
+        _on_disk(unfinished)
         os.replace(unfinished, path)
     except OSError as failure:
         if str(failure.filename) != str(unfinished):
@@ -30,6 +33,12 @@ def appearing(path: Path, *, by_suffix: bool = False) -> Iterator[Path]:
         raise OSError(failure.errno, failure.strerror, str(path)) from failure  # the name that was asked for
     finally:
         unfinished.unlink(missing_ok=True)
+
+
+def _on_disk(path: Path) -> None:
+    """Wait until a file has reached the disk: a power cut must not leave the name without the content."""
+    with path.open("r+b") as file:
+        os.fsync(file.fileno())
 
 
 def write_text(path: Path, text: str) -> None:
@@ -68,4 +77,5 @@ def read_sealed(path: Path) -> bytes:
     return content[:-_SEAL]
 
 
+_NEW = os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_NOFOLLOW", 0)  # writes through no link
 _SEAL = sha256().digest_size

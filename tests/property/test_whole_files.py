@@ -35,6 +35,19 @@ def test_json_that_cannot_be_written_leaves_the_old(tmp_path: Path) -> None:
     assert [p.name for p in path.parent.iterdir()] == ["summary.json"]
 
 
+@pytest.mark.parametrize("by_suffix", [False, True])
+def test_nothing_is_written_through_a_link(tmp_path: Path, by_suffix: bool) -> None:
+    """Somebody who knows the unfinished name put a link there."""
+    path, other = tmp_path / "table.csv", tmp_path / "others"
+    other.write_text("theirs", encoding="utf-8")
+    (tmp_path / (".table.partial.csv" if by_suffix else "table.csv.tmp")).symlink_to(other)
+    with appearing(path, by_suffix=by_suffix) as unfinished:
+        unfinished.write_text("ours", encoding="utf-8")
+    assert other.read_text(encoding="utf-8") == "theirs"
+    assert path.read_text(encoding="utf-8") == "ours"
+    assert not path.is_symlink()
+
+
 def test_a_failure_names_the_file_that_was_asked_for(tmp_path: Path) -> None:
     folder = tmp_path / "picture.png"
     folder.mkdir()
