@@ -99,3 +99,24 @@ def test_pair_profiles_look_the_estimator_up() -> None:
         aoa.pair_profiles(csi, STEERING, aoa.AoaConfig()),
         aoa.bartlett_profiles(aoa.product_signal(csi), STEERING),
     )
+
+
+@pytest.mark.parametrize(("rank", "n_paths"), [(1, 2), (2, 2), (3, 5)])
+def test_a_link_that_spans_less_has_the_subspace_that_it_spans(rank: int, n_paths: int) -> None:
+    """Without noise that is the projector on what the snapshots span; links beside it stay as they are."""
+    full = noise(1, 30, 64)
+    short = (noise(1, 30, rank) @ noise(1, rank, 64)).astype(np.complex64)
+    both = music_profiles(np.concatenate([full, short]), STEERING, n_paths=n_paths, fewer=True)
+    span, _ = np.linalg.qr(short[0, :rank].T)
+    expected = (np.abs(span.conj().T @ STEERING) ** 2).sum(axis=0) / 64.0
+    np.testing.assert_allclose(both[1], expected, atol=1e-4)
+    np.testing.assert_allclose(both[0], music_profiles(full, STEERING, n_paths=n_paths)[0], atol=1e-6)
+
+
+@pytest.mark.parametrize("n_heard", [0, 1, 2, 3])
+def test_few_packets_leave_a_dimension_for_the_noise(n_heard: int) -> None:
+    snapshots = noise(1, 30, 64)
+    snapshots[:, :, n_heard:] = 0.0
+    basis = signal_subspace(snapshots, n_paths=3, fewer=True)
+    lengths = np.linalg.norm(basis[0], axis=1)
+    np.testing.assert_allclose(lengths, [float(k >= 4 - n_heard) for k in range(3)], atol=1e-6)

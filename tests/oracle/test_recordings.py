@@ -142,7 +142,7 @@ def test_without_the_least_confident_tenth_the_mean_beyond_sight_halves(
 def test_the_command_reports_and_draws(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    main(folder / RAW, out=tmp_path)
+    assert main([str(folder / RAW), "--out", str(tmp_path)]) == 0
     text = capsys.readouterr().out
     assert all(
         word in text for word in (RAW, "tx2", "tx3", "tx4", "874", "875", "873", "mean aperture position")

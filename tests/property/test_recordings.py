@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import shutil
 import subprocess
 import sys
@@ -40,9 +41,7 @@ def away_deg(estimate_rad: float, truth_rad: float) -> float:
 
 def refusal(path: Path, capsys: pytest.CaptureFixture[str]) -> str:
     """The one line on stderr with which the command ends."""
-    with pytest.raises(SystemExit) as caught:
-        main(path, out=path.parent / "pictures")
-    assert caught.value.code == 2
+    assert main([str(path), "--out", str(path.parent / "pictures")]) == 2
     line = capsys.readouterr().err
     assert line.count("\n") == 1
     return line
@@ -82,7 +81,7 @@ def test_pairs_carry_the_same_counter(run: Path) -> None:
 
 
 def test_command_prints_and_draws(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    main(run, out=tmp_path / "new" / "folder")
+    assert main([str(run), "--out", str(tmp_path / "new" / "folder")]) == 0
     text = capsys.readouterr().out
     assert all(
         word in text for word in ("synthetic", "tx2", "tx4", "mean aperture position", "median / mean")
@@ -98,7 +97,22 @@ def test_command_line_explains_itself_and_refuses(tmp_path: Path) -> None:
     assert "--out" in told.stdout
     ended = subprocess.run([*command, str(tmp_path)], capture_output=True, text=True, check=False)
     assert ended.returncode == 2
-    assert ended.stderr == f"recordings: {tmp_path}: no csi_rx_*.dat log and no .npz pack in this folder\n"
+    assert ended.stderr == f"error: {tmp_path}: no csi_rx_*.dat log and no .npz pack in this folder\n"
+
+
+def test_pictures_do_not_decide_and_ctrl_c_is_one_line(run: Path, tmp_path: Path) -> None:
+    """A notebook's back-end, python -OO; then an interruption while profiles are worked out."""
+    once = ["-OO", "-m", "wifipgo.radio.recordings", str(run), "--out", str(tmp_path / "out")]
+    env = dict(os.environ) | {"MPLBACKEND": "module://matplotlib_inline.backend_inline"}
+    done = subprocess.run([sys.executable, *once], capture_output=True, text=True, check=False, env=env)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "out" / "synthetic.png").is_file()
+    stop = "import wifipgo.radio.recordings as r\ndef stop(*_):\n    raise KeyboardInterrupt\n"
+    stop += "r.bearing = stop\nraise SystemExit(r.main())"
+    command = [sys.executable, "-c", stop, str(run), "--out", str(tmp_path / "out")]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode == 130
+    assert ended.stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize("name", [RX, TX3])

@@ -1,5 +1,6 @@
 """Motion capture and survey files of a recorded run, with errors that name file and key."""
 
+import errno
 import re
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -75,7 +76,7 @@ def some_files(folder: Path, pattern: str) -> list[Path]:
     """The files of a pattern, at least one."""
     found = sorted(folder.glob(pattern))
     if not found:
-        raise FileNotFoundError(f"{folder / pattern}: no such file")
+        raise FileNotFoundError(errno.ENOENT, "no such file", str(folder / pattern))
     return found
 
 

@@ -68,6 +68,7 @@ _LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
         "n_paths": (1.0, 7.0),
     }
 )
+_DEEPEST_FADE = 1e-30
 _SCALE_LIMITS = (0.01, 100.0)
 _MOST_STEERING = 1 << 22  # packets x directions of one pair of antennas: 32 MB
 
@@ -125,21 +126,24 @@ def turn_headings(cfg: AoaConfig) -> Float[np.ndarray, " positions"]:
     return np.linspace(-cfg.turn_rad, 0.0, cfg.n_positions)
 
 
+@np.errstate(under="ignore")
 def ratio_signal(
     csi: Complex[np.ndarray, "links 2 positions subcarriers"],
 ) -> Complex[np.ndarray, "links positions"]:
     """Channel ratio h1/h2 at the centre subcarrier: the paper's input of Eq. 5.
 
     The phase common to both antennas of a packet cancels. In a fade of the second
-    antenna the ratio blows up: that is the paper's estimator, kept as it is.
+    antenna the ratio blows up: that is the paper's estimator, kept as it is up to a ratio of
+    1e15, beyond which single precision has no square.
     """
     centre = csi[..., csi.shape[-1] // 2]
     tiny = np.finfo(np.float32).tiny
-    return (centre[:, 0] * centre[:, 1].conj() / np.maximum(np.abs(centre[:, 1]) ** 2, tiny)).astype(
-        np.complex64
-    )
+    power = np.maximum(np.abs(centre[:, 1]) ** 2, tiny)
+    power = np.maximum(power, _DEEPEST_FADE * np.abs(centre[:, 0]) ** 2)
+    return (centre[:, 0] * centre[:, 1].conj() / power).astype(np.complex64)
 
 
+@np.errstate(under="ignore")
 def product_signal(
     csi: Complex[np.ndarray, "links 2 positions subcarriers"],
 ) -> Complex[np.ndarray, "links positions"]:
@@ -157,6 +161,7 @@ def product_signal(
     return (product / np.maximum(np.abs(product), np.finfo(np.float32).tiny)).astype(np.complex64)
 
 
+@np.errstate(under="ignore")
 def pair_snapshots(
     csi: Complex[np.ndarray, "links 2 positions subcarriers"],
 ) -> Complex[np.ndarray, "links subcarriers positions"]:
@@ -172,6 +177,7 @@ ESTIMATORS: Mapping[str, PairSignal] = MappingProxyType(
 )
 
 
+@np.errstate(under="ignore")
 def pair_profiles(
     csi: Complex[np.ndarray, "links 2 positions subcarriers"],
     steering: Complex[np.ndarray, "positions grid"],
@@ -180,12 +186,13 @@ def pair_profiles(
     """Profiles of an antenna pair by the estimator that the configuration names, in [0, 1].
 
     ``ratio`` is paper Eq. 5 up to a monotone map (`eq5_profiles`), ``product`` the default,
-    ``music`` the subspace of the subcarriers' products.
+    ``music`` the subspace of the subcarriers' products; of a link that spans fewer dimensions than
+    ``cfg.n_paths``, as without noise or after losses, the subspace of as many as it spans.
 
     Raises:
-        ValueError: If ``music`` gets fewer subcarriers than its subspace takes.
+        ValueError: If ``music`` gets fewer subcarriers or packets than its subspace takes.
     """
     signal = ESTIMATORS[cfg.aoa_estimator](csi)
     if signal.ndim == 2:
         return bartlett_profiles(signal, steering)
-    return music_profiles(signal, steering, n_paths=cfg.n_paths)
+    return music_profiles(signal, steering, n_paths=cfg.n_paths, fewer=True)

@@ -105,6 +105,7 @@ def aperture_bearing(
     return Bearing(profile, find_peaks(profile[None], n_peaks=cfg.n_peaks))
 
 
+@np.errstate(under="ignore")
 def timing_removed(
     product: Complex[np.ndarray, "packets subcarriers"],
 ) -> Complex[np.ndarray, "packets subcarriers"]:
@@ -218,6 +219,7 @@ def explained_share(
     return best
 
 
+@np.errstate(under="ignore")
 def aperture_profiles(
     product: Complex[np.ndarray, "packets subcarriers"],
     displacement_m: Float[np.ndarray, "packets 3"],

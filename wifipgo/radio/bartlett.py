@@ -11,6 +11,7 @@ _BLOCK = 128
 _WORTH_LOOKING = 24
 
 
+@np.errstate(under="ignore")
 def bartlett_profiles(
     signal: Complex[np.ndarray, "links positions"], steering: Complex[np.ndarray, "positions grid"]
 ) -> Float[np.ndarray, "links grid"]:
@@ -90,6 +91,7 @@ def eq5_profiles(
     return 1.0 / np.maximum(n_positions * (1.0 - profile), np.finfo(np.float32).eps)
 
 
+@np.errstate(under="ignore")
 def profiles(
     signal: Complex[np.ndarray, "links *snapshots positions"],
     aperture: Aperture,

@@ -24,6 +24,7 @@ class Confidence(NamedTuple):
     variance: Float[np.ndarray, " links"]
 
 
+@np.errstate(under="ignore")
 def confidence(profile: Float[np.ndarray, "links grid"]) -> Confidence:
     """Confidence of profiles on a full circle.
 

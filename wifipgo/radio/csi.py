@@ -117,6 +117,7 @@ def _phasors(angle_rad: Float32[np.ndarray, "*shape"]) -> Complex64[np.ndarray, 
     return out
 
 
+@np.errstate(under="ignore")
 def subcarrier_phasors(
     delay_s: Float[np.ndarray, "links paths"], *, bandwidth_hz: float = 20e6
 ) -> Complex[np.ndarray, "links paths subcarriers"]:
@@ -138,6 +139,7 @@ def _subcarriers_f32(bandwidth_hz: float) -> Float32[np.ndarray, " subcarriers"]
     return band_of(bandwidth_hz).subcarriers.astype(np.float32)
 
 
+@np.errstate(under="ignore")
 def centre_channel(paths: Paths, *, bandwidth_hz: float = 20e6) -> Complex[np.ndarray, "links subcarriers"]:
     """Noise-free channel at the receiver's centre, gain per subcarrier."""
     if len(paths.gain) > _FEW_LINKS:
@@ -189,6 +191,7 @@ def _combs(bandwidth_hz: float) -> _Combs:
     return _Combs(indices, (*starts[1:].tolist(), len(subcarriers)))
 
 
+@np.errstate(under="ignore")
 def pair_csi(
     paths: Paths,
     heading_rad: Float[np.ndarray, "links positions"],
@@ -254,6 +257,7 @@ def antenna_offsets(
     return offset_m
 
 
+@np.errstate(under="ignore")
 def array_csi(
     paths: Paths,
     offset_m: Float[np.ndarray, "links antennas positions 2"],

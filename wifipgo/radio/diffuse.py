@@ -43,6 +43,7 @@ def draw_diffuse(*, ratio: float, spread_rad: float, size_m: float, rng: np.rand
     return Diffuse(at_m, parts[0] + 1j * parts[1], ratio, spread_rad)
 
 
+@np.errstate(under="ignore")
 def with_diffuse(
     paths: Paths,
     tx_m: Float[np.ndarray, "links 2"],

@@ -19,6 +19,7 @@ EXPONENT = 6
 REJECTED_SHARE = 0.1
 
 
+@np.errstate(under="ignore")
 def expected_errors_rad(
     profile: Float[np.ndarray, "links grid"], azimuth_rad: Float[np.ndarray, " links"]
 ) -> Float[np.ndarray, " links"]:

@@ -35,6 +35,7 @@ class Links(NamedTuple):
     row: Int[np.ndarray, "robots robots"]
 
 
+@np.errstate(under="ignore")
 def probe_links(
     p_m: Float[np.ndarray, "robots 2"],
     surfaces: Surfaces,
@@ -164,6 +165,7 @@ def _arrived(
     return linked * received.any(axis=(1, 3)).sum(axis=1)
 
 
+@np.errstate(under="ignore")
 def listen(
     links: Links,
     receiver: Int[np.ndarray, " links"],

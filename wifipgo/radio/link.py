@@ -66,6 +66,7 @@ class LinkConfig:
         )
 
 
+@np.errstate(under="ignore")
 def esnr_db(snr: Float[np.ndarray, "links subcarriers"]) -> Float[np.ndarray, "links 4"]:
     """Effective SNR of each link for BPSK, QPSK, 16-QAM and 64-QAM, dB.
 
@@ -118,6 +119,7 @@ def _flat_snr_db(places: _Places, modulation: int) -> Float[np.ndarray, " links"
     return np.maximum(flat_db, _LEAST_ESNR_DB)
 
 
+@np.errstate(under="ignore")
 def carried(
     snr: Float[np.ndarray, "links subcarriers"], *, bandwidth_hz: float = 20e6
 ) -> tuple[Float[np.ndarray, " links"], Float[np.ndarray, " links"]]:

@@ -112,6 +112,7 @@ def is_permittivity(permittivity: Complex[np.ndarray, "*n"] | complex) -> bool:
     return bool(np.all((real >= 1.0) & (real <= MOST_PERMITTIVITY) & (loss >= 0.0) & (loss <= MOST_LOSS)))
 
 
+@np.errstate(under="ignore")
 def slab_reflection(
     permittivity: Complex[np.ndarray, "*n"],
     thickness_m: Float[np.ndarray, "*n"],
@@ -137,6 +138,7 @@ def slab_reflection(
     return r * (1.0 - there_and_back) / (1.0 - r * r * there_and_back)
 
 
+@np.errstate(under="ignore")
 def slab_transmission(
     permittivity: Complex[np.ndarray, "*n"],
     thickness_m: Float[np.ndarray, "*n"],

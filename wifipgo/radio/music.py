@@ -8,7 +8,7 @@ from wifipgo.radio.bartlett import bartlett_profiles
 
 
 def signal_subspace(
-    snapshots: Complex[np.ndarray, "links snapshots positions"], *, n_paths: int
+    snapshots: Complex[np.ndarray, "links snapshots positions"], *, n_paths: int, fewer: bool = False
 ) -> Complex[np.ndarray, "links n_paths positions"]:
     """Orthonormal eigenvectors of the largest eigenvalues of ``R = sum_s z_s z_s^H``, as rows.
 
@@ -18,21 +18,28 @@ def signal_subspace(
     Args:
         snapshots: One vector over positions for each subcarrier.
         n_paths: Size of the signal subspace.
+        fewer: What to do with a link whose R has too small a rank: take as many eigenvectors as it has
+            and as leave something to tell them from, with rows of zeros before them, or refuse it.
 
     Raises:
-        ValueError: If R has no rank for it: more than one eigenvector takes a rank of more
-            than ``n_paths``, or signal cannot be told from noise. Eq. 5 as printed has rank
+        ValueError: Without ``fewer``, if R has no rank for it: more than one eigenvector takes a rank
+            of more than ``n_paths``, or signal cannot be told from noise. Eq. 5 as printed has rank
             one, so nothing but ``n_paths = 1`` is defined there.
     """
     most = min(snapshots.shape[1:])
     require(n_paths == 1 or 1 <= n_paths < most, "n_paths", f"1, or in 1..{most - 1}", n_paths)
     wide = snapshots.astype(np.complex128)
     values, vectors = np.linalg.eigh(wide @ wide.conj().swapaxes(1, 2))
-    rank = _rank(values, snapshots)
-    _check_rank(rank, n_paths)
+    size = _rank(values, snapshots)
+    if fewer:
+        size = np.minimum(size, np.count_nonzero(snapshots.any(axis=1), axis=1) - 1)
+    else:
+        _check_rank(size, n_paths)
+        size = np.where(size > 0, n_paths, 0)
     chosen = vectors[:, :, -n_paths:].conj().swapaxes(1, 2) @ wide
     length = np.sqrt(np.maximum(values[:, -n_paths:], np.finfo(float).tiny))
-    basis = np.where(rank[:, None, None] > 0, chosen / length[:, :, None], 0.0)
+    there = np.arange(n_paths, 0, -1) <= size[:, None]  # eigenvalues ascend
+    basis = np.where(there[:, :, None], chosen / length[:, :, None], 0.0)
     return basis.astype(np.complex64)
 
 
@@ -56,11 +63,13 @@ def _check_rank(rank: Int[np.ndarray, " links"], n_paths: int) -> None:
         )
 
 
+@np.errstate(under="ignore")
 def music_profiles(
     snapshots: Complex[np.ndarray, "links snapshots positions"],
     steering: Complex[np.ndarray, "positions grid"],
     *,
     n_paths: int,
+    fewer: bool = False,
 ) -> Float[np.ndarray, "links grid"]:
     """Share of each direction's steering vector that lies in the signal subspace, in [0, 1].
 
@@ -72,10 +81,11 @@ def music_profiles(
         snapshots: One vector over positions for each subcarrier.
         steering: Phase factors, one column per direction.
         n_paths: Size of the signal subspace.
+        fewer: As in `signal_subspace`.
 
     Raises:
         ValueError: As `signal_subspace`.
     """
-    basis = signal_subspace(snapshots, n_paths=n_paths)
+    basis = signal_subspace(snapshots, n_paths=n_paths, fewer=fewer)
     share = bartlett_profiles(basis.reshape(-1, basis.shape[-1]), steering)
     return np.minimum(share.reshape(*basis.shape[:2], steering.shape[1]).sum(axis=1), 1.0)

@@ -35,6 +35,7 @@ class Paths(NamedTuple):
     order: Int[np.ndarray, "links paths"]
 
 
+@np.errstate(under="ignore")
 def trace_paths(
     tx_m: Float[np.ndarray, "links 2"],
     rx_m: Float[np.ndarray, "links 2"],

@@ -39,6 +39,7 @@ def _noise_table() -> Complex[np.ndarray, " samples"]:
     return (draw * np.float32(np.sqrt(0.5))).view(np.complex64)
 
 
+@np.errstate(under="ignore")
 def white_noise(
     shape: tuple[int, ...], *, amplitude: float = 1.0, rng: np.random.Generator
 ) -> Complex[np.ndarray, "..."]:
@@ -74,6 +75,7 @@ def _oscillator_table(
     return table
 
 
+@np.errstate(under="ignore")
 def reported(
     csi: Complex[np.ndarray, "links antennas positions subcarriers"], *, agc: bool, int8: bool
 ) -> Complex[np.ndarray, "links antennas positions subcarriers"]:
@@ -89,6 +91,7 @@ def reported(
     return (np.rint(scaled) if int8 else scaled).astype(np.float32).view(np.complex64)
 
 
+@np.errstate(under="ignore")
 def received_csi(
     channel: Complex[np.ndarray, "links antennas positions subcarriers"],
     *,

@@ -9,11 +9,14 @@ takes its peaks with the code of the simulator (`wifipgo.radio.aoa.find_peaks`).
 """
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
+from wifipgo.command_line import exit_code, say
+from wifipgo.radio._recordings_report import print_report
 from wifipgo.radio.aperture import ApertureConfig, Bearing, aperture_bearing
 from wifipgo.radio.wsr import Link, read_links
 
@@ -25,7 +28,7 @@ def bearing(link: Link, cfg: ApertureConfig | None = None) -> Bearing:
     )
 
 
-def main(
+def report(
     path: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="PATH")],
     out: Path = Path("results/recordings"),
 ) -> None:
@@ -35,32 +38,41 @@ def main(
     the truth (an oracle's choice, not an answer), the truth (bearing from the mean
     position of the receiver's path), the error of the top peak, the share of the
     signal's power that it explains, the confidence (1: certain, 0: a guess; "out" marks
-    the least confident 10 % of the links) and, where the recording carries them, the
+    the least confident 10 % of the links), where there are some, the packets left out as antenna A
+    did not hear them at both ends, and, where the recording carries them, the
     answer and error of the WSR toolbox. Then medians and means per set, with and without
     the links marked "out", and a picture with one polar profile a link.
 
     Examples: a raw run ``data/wsr/raw_LOS_A_L1``; a pack ``data/wsr/wsr_slim_dev.npz``;
     a folder of either, ``data/wsr``. Exit code 2 and one line on stderr if a recording
-    cannot be read.
+    cannot be read. A log alone, csi.dat, is told what it holds.
 
     Args:
         path: A raw run (folder with csi_rx_*.dat), a packed .npz, or a folder of packs or runs.
         out: Folder for the picture, made if it is not there.
     """
-    from wifipgo.radio._recordings_report import print_report, save_picture  # noqa: PLC0415
-
-    try:
-        links = read_links(path)
-        out.mkdir(parents=True, exist_ok=True)
-    except (OSError, ValueError) as error:
-        print(f"recordings: {error}", file=sys.stderr)
-        raise SystemExit(2) from error
+    links = read_links(path)
+    out.mkdir(parents=True, exist_ok=True)
     bearings = [bearing(link) for link in links]
     print_report(links, bearings, title=path.resolve().name)
-    picture = out / f"{path.resolve().stem}.png"
-    save_picture(links, bearings, picture, title=path.resolve().stem)
-    print(f"picture: {picture}")
+    _draw(links, bearings, out / f"{path.resolve().stem}.png", title=path.resolve().stem)
+
+
+def _draw(links: list[Link], bearings: list[Bearing], picture: Path, *, title: str) -> None:
+    """Draw what was printed already: a picture that fails is a warning."""
+    from wifipgo.figures import drawing  # noqa: PLC0415 (loads matplotlib, slowly)
+
+    with drawing(picture):
+        from wifipgo.radio._recordings_picture import save_picture  # noqa: PLC0415
+
+        save_picture(links, bearings, picture, title=title)
+        say(f"picture: {picture}")
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run from the command line; the exit code is that of `wifipgo.command_line`."""
+    return exit_code(lambda: tyro.cli(report, prog="python -m wifipgo.radio.recordings", args=args))
 
 
 if __name__ == "__main__":
-    tyro.cli(main, prog="python -m wifipgo.radio.recordings")
+    sys.exit(main())

@@ -9,6 +9,7 @@ The truth of a link is the bearing from the *mean* position of the aperture to t
 transmitter; the toolbox itself takes it from the first moving pose.
 """
 
+import errno
 import re
 import zipfile
 from collections.abc import Iterator
@@ -92,12 +93,13 @@ def _parts(path: Path) -> Iterator[list[Link]]:
         yield read_pack(path)
         return
     if not path.is_dir():
-        raise FileNotFoundError(f"{path}: no such file or folder")
+        raise FileNotFoundError(errno.ENOENT, "no such file or folder", str(path))
     packs = [] if any(path.glob("csi_rx_*.dat")) else sorted(path.glob("*.npz"))
     levels = ("", "*/", "*/*/")  # the folder itself, of runs, of sets of runs
     runs = [] if packs else sorted({log.parent for up in levels for log in path.glob(f"{up}csi_rx_*.dat")})
     if not packs and not runs:
-        raise FileNotFoundError(f"{path}: no csi_rx_*.dat log and no .npz pack in this folder")
+        missing = "no csi_rx_*.dat log and no .npz pack in this folder"
+        raise FileNotFoundError(errno.ENOENT, missing, str(path))
     yield from map(read_pack, packs)
     yield from map(read_run, runs)
 
