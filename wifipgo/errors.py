@@ -87,7 +87,7 @@ def require(holds: bool | np.bool_, field: str, rule: str, value: object) -> Non
         raise BadInputError(f"{field} must be {rule}, got {quoted(value)}")
 
 
-def require_within(config: object, limits: Mapping[str, tuple[float, float]]) -> None:
+def require_within(config: object, limits: Mapping[str, tuple[int | float, int | float]]) -> None:
     """Raise `BadInputError` at the first field of a configuration that is outside its limits."""
     for name, (low, high) in limits.items():
         value = getattr(config, name)

@@ -71,9 +71,10 @@ class RendezvousConfig:
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
-        require(self.err_threshold > 0.0, "RendezvousConfig.err_threshold", "> 0", self.err_threshold)
+        require_within(
+            self, {"err_threshold": (1e-9, 1e12), "kappa": (1, 1_000_000), "message_loss": (0.0, 1.0)}
+        )
         require_within(self, dict.fromkeys(("aoa_gate_rad", "aoa_sigma_rad"), (1e-4, np.pi)))
-        require(self.kappa >= 1, "RendezvousConfig.kappa", ">= 1", self.kappa)
         pick(ERR_WEIGHTS, self.err_weights, "err_weights")
         pick(ESTIMATORS, self.estimator, "estimator")
         pick(BACKENDS, self.backend, "backend")

@@ -29,7 +29,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     text = read_text(path, most_bytes=MOST_BYTES)
     try:
         return tomllib.loads(text)
-    except RecursionError:
+    except (RecursionError, MemoryError):
         raise BadInputError(f"{path} is not TOML: nested too deep") from None
     except ValueError as problem:
         raise BadInputError(f"{path} is not TOML: {problem}{_hint(text)}") from problem

@@ -9,7 +9,7 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from wifipgo.errors import BadInputError, UnknownNameError, pick, require
+from wifipgo.errors import BadInputError, UnknownNameError, pick, require, require_within
 from wifipgo.radio.aoa import AoaConfig
 from wifipgo.radio.bands import band_of
 from wifipgo.radio.csi import RadioConfig
@@ -23,6 +23,9 @@ from wifipgo.world.layout import ArenaConfig
 from wifipgo.world.sensing import SensingConfig
 
 _MOST_ROBOTS = 1000
+_MOST_NUMBERS = 3e8
+# Variables of the solvers are numbered by a robot's million poses.
+_MOST_STEPS = 999_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,24 +60,33 @@ class Scenario:
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything together."""
-        require(self.n_robots >= 2, "Scenario.n_robots", ">= 2", self.n_robots)
-        most = f"at most {_MOST_ROBOTS}, as each has a link to each"
-        require(self.n_robots <= _MOST_ROBOTS, "Scenario.n_robots", most, self.n_robots)
-        require(self.n_steps >= 1, "Scenario.n_steps", ">= 1", self.n_steps)
+        self._check_names()
+        most = f"in 2..{_MOST_ROBOTS}, as each has a link to each"
+        require(2 <= self.n_robots <= _MOST_ROBOTS, "Scenario.n_robots", most, self.n_robots)
+        limits = {"n_steps": (1, _MOST_STEPS), "max_measurements": (0, 1e9), "visual_range_m": (0.0, 1e6)}
+        require_within(self, limits)
         require(
             1 <= self.n_slots < self.n_robots,
             "Scenario.n_slots",
             f"in 1..{self.n_robots - 1} (n_robots - 1)",
             self.n_slots,
         )
-        require(self.max_measurements >= 0, "Scenario.max_measurements", ">= 0", self.max_measurements)
-        require(self.visual_range_m >= 0.0, "Scenario.visual_range_m", ">= 0", self.visual_range_m)
+        numbers = self.n_robots * self.n_slots * self.turn.n_azimuths
+        rule = f"such that profiles of all slots have at most {_MOST_NUMBERS:g} numbers"
+        require(numbers <= _MOST_NUMBERS, "Scenario.n_slots", rule, self.n_slots)
         self._check_radio()
         self.sensing.sigmas(self.n_robots)  # refuses a noise_scale of another length
         self.arena.steps_m(self.n_robots)
         each = {"ArenaConfig.starts": self.arena.starts, "AoaConfig.antenna_scale": self.turn.antenna_scale}
         for name, given in each.items():
             require(len(given) in {0, self.n_robots}, name, f"empty or {self.n_robots} long", given)
+
+    def _check_names(self) -> None:
+        """Reject names that a terminal would take for commands."""
+        for field_name, most in (("name", 200), ("source", 10_000)):
+            text = getattr(self, field_name)
+            rule = f"printable, in one line of at most {most} characters"
+            require(text.isprintable() and len(text) <= most, f"Scenario.{field_name}", rule, text)
 
     def _check_radio(self) -> None:
         """Reject a demand that no link meets, and a turn that compares no antennas."""

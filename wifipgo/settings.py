@@ -14,7 +14,7 @@ def key_value(text: str) -> tuple[str, Any]:
     """Split ``KEY=VALUE``: a Python literal, TOML's ``true`` or ``false``, or else a string.
 
     Raises:
-        ValueError: There is no ``=``, or nothing before it.
+        ValueError: There is no ``=``, or nothing before it, or a value that nests too deep.
     """
     key, sign, value = (part.strip() for part in text.partition("="))
     require(bool(sign and key), "a setting", "KEY=VALUE", text)
@@ -22,8 +22,11 @@ def key_value(text: str) -> tuple[str, Any]:
         return key, value == "true"
     try:
         return key, ast.literal_eval(value)
+    except (RecursionError, MemoryError):
+        require(False, key, "a value that nests less deep", value)
     except (ValueError, SyntaxError):
-        return key, value
+        pass
+    return key, value
 
 
 def settings(texts: Iterable[str]) -> dict[str, Any]:
@@ -78,6 +81,9 @@ def _fitted_items(value: Any, kind: Any, name: str) -> tuple[Any, ...]:
     """The same for each item of a tuple; a message names the item by its index."""
     require(isinstance(value, list | tuple), name, f"of type {type_name(kind)}", value)
     kinds = [item for item in get_args(kind) if item is not Ellipsis]
+    nested = not any(map(get_args, kinds)) and any(isinstance(item, list | tuple) for item in value)
+    rule = f"of type {type_name(kind)}: there is one level of brackets too many"
+    require(not nested, name, rule, value)
     if get_origin(kind) is Sequence or Ellipsis in get_args(kind):
         kinds = kinds[:1] * len(value)
     require(len(kinds) == len(value), name, f"{len(kinds)} numbers long", value)

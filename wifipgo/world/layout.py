@@ -13,8 +13,21 @@ from wifipgo.world import maps
 from wifipgo.world.maps import Corners
 
 # What memory and time allow: a map of the room has a cell for each square metre.
-_MOST_M, _MOST_SUBSTEPS = 2_000.0, 10_000
+_MOST_M, _MOST_SUBSTEPS, _MOST_ITEMS = 2_000.0, 10_000, 5_000
 _THICKNESS_LIMITS_M = (1e-6, 10.0)  # of the slabs that the radio takes them for
+_LIMITS = {
+    "size_m": (0.1, _MOST_M),
+    "n_obstacles": (0, _MOST_ITEMS),
+    "obstacle_min_m": (1e-3, _MOST_M),
+    "obstacle_max_m": (1e-3, _MOST_M),
+    "clearance_m": (0.0, _MOST_M),
+    "robot_radius_m": (1e-3, 100.0),
+    "step_m": (1e-6, 1_000.0),
+    "n_substeps": (1, _MOST_SUBSTEPS),
+    "lidar_range_m": (1e-3, 1e6),
+    "wall_thickness_m": _THICKNESS_LIMITS_M,
+    "obstacle_thickness_m": _THICKNESS_LIMITS_M,
+}
 # Boxes that cover less are shrunk to nothing.
 _LEAST_DENSITY = 1e-9
 
@@ -31,7 +44,7 @@ class ArenaConfig:
             their share is exact.
         clearance_m: Passage that a random box leaves to walls and to other obstacles.
         obstacles_m: Obstacles that stand there in every episode, each a polygon of any shape as a tuple
-            of corners (x, y) in order; they may touch but not overlap.
+            of at most 1 000 corners (x, y) in order, either way round; they may touch but not overlap.
         starts: Pose (x, y, yaw in rad) at which each robot starts; empty for random ones.
         robot_radius_m: Radius of a robot's body, a disc.
         step_m: How far a robot drives in an iteration at most.
@@ -64,36 +77,35 @@ class ArenaConfig:
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
-        positive = ("size_m", "obstacle_min_m", "robot_radius_m", "step_m", "lidar_range_m")
-        require_within(self, dict.fromkeys(("wall_thickness_m", "obstacle_thickness_m"), _THICKNESS_LIMITS_M))
-        for name in positive:
-            value = getattr(self, name)
-            require(value > 0.0, f"ArenaConfig.{name}", "> 0", value)
-            require(value < np.inf, f"ArenaConfig.{name}", "finite", value)
-        require(self.size_m <= _MOST_M, "ArenaConfig.size_m", f"at most {_MOST_M:g}", self.size_m)
-        require(self.clearance_m >= 0.0, "ArenaConfig.clearance_m", ">= 0", self.clearance_m)
+        require_within(self, _LIMITS)
+        for name in ("obstacles_m", "starts", "step_scale"):
+            given = getattr(self, name)
+            rule = f"at most {_MOST_ITEMS} long"
+            require(len(given) <= _MOST_ITEMS, f"ArenaConfig.{name}", rule, len(given))
         self._check_steps()
         self._check_random_boxes()
         self._check_map()
 
     def _check_steps(self) -> None:
         for scale in self.step_scale:
-            require(0.0 <= scale < np.inf, "ArenaConfig.step_scale", "all >= 0 and finite", self.step_scale)
+            require(0.0 <= scale <= 1e6, "ArenaConfig.step_scale", "all in 0..1e+06", self.step_scale)
         longest_m = self.step_m * max(self.step_scale, default=1.0)
         fastest = longest_m / self.n_substeps if self.n_substeps > 0 else np.inf
         rule = "enough that a substep moves less than a robot's radius"
         require(fastest < self.robot_radius_m, "ArenaConfig.n_substeps", rule, self.n_substeps)
-        rule = f"at most {_MOST_SUBSTEPS}"
-        require(self.n_substeps <= _MOST_SUBSTEPS, "ArenaConfig.n_substeps", rule, self.n_substeps)
 
     def _check_random_boxes(self) -> None:
         density = self.obstacle_density
-        require(self.n_obstacles >= 0, "ArenaConfig.n_obstacles", ">= 0", self.n_obstacles)
         require(0.0 <= density < 1.0, "ArenaConfig.obstacle_density", "in [0, 1)", density)
         rule = f"0 or at least {_LEAST_DENSITY:g}"
         require(density == 0.0 or density >= _LEAST_DENSITY, "ArenaConfig.obstacle_density", rule, density)
         rule = "0 beside an obstacle_density > 0: one of the two says how many"
         require(self.n_obstacles == 0 or density == 0.0, "ArenaConfig.n_obstacles", rule, self.n_obstacles)
+        mean_m2 = (0.5 * (self.obstacle_min_m + self.obstacle_max_m)) ** 2
+        rule = f"such that boxes of these sides are at most about {_MOST_ITEMS}"
+        require(
+            density * self.size_m**2 <= _MOST_ITEMS * mean_m2, "ArenaConfig.obstacle_density", rule, density
+        )
         largest_m = self.obstacle_max_m
         require(
             largest_m >= self.obstacle_min_m, "ArenaConfig.obstacle_max_m", ">= obstacle_min_m", largest_m

@@ -21,6 +21,7 @@ from wifipgo.world.polygons import (
     inside_polygon,
     is_simple,
     squares_about,
+    without_repeats,
 )
 
 Corners = tuple[tuple[float, float], ...]
@@ -28,6 +29,8 @@ Corners = tuple[tuple[float, float], ...]
 OBSTACLES, STARTS = "ArenaConfig.obstacles_m", "ArenaConfig.starts"
 # Cells of the floor are half a robot's radius wide, but there are at most this many along a side.
 _MOST_CELLS = 400
+# Each corner is tried against each edge; the outline of a country has fewer.
+_MOST_CORNERS, _MOST_CORNERS_IN_ALL = 1_000, 100_000
 
 
 class Outlines:
@@ -69,22 +72,25 @@ def gap_to_obstacles(
 
 
 def counter_clockwise(obstacles_m: Sequence[Corners], *, size_m: float) -> tuple[Corners, ...]:
-    """Check each obstacle by itself and turn it counter-clockwise.
+    """Check each obstacle by itself and turn it counter-clockwise; a corner that is repeated counts once.
 
     Raises:
         ValueError: One that has fewer than three corners, crosses or touches itself, has no area or is
             not in the room; names its index.
     """
+    total = sum(map(len, obstacles_m))
+    require(total <= _MOST_CORNERS_IN_ALL, OBSTACLES, f"at most {_MOST_CORNERS_IN_ALL} corners", total)
     out = []
     for k, corners in enumerate(obstacles_m):
         name = f"{OBSTACLES}[{k}]"
-        require(len(corners) >= 3, name, "at least 3 corners", corners)
-        points = np.array(corners)
+        points = without_repeats(np.array(corners).reshape(-1, 2)) if corners else np.zeros((0, 2))
+        require(len(points) >= 3, name, "at least 3 corners", corners)
+        require(len(points) <= _MOST_CORNERS, name, f"at most {_MOST_CORNERS} corners", len(points))
         points = points if area_m2(points) > 0.0 else points[::-1]
-        proper = is_simple(points) and area_m2(points) > TINY_M
-        require(proper, name, "of some area, with no edge that crosses or touches another", corners)
         inside = points.min() >= -TINY_M and points.max() <= size_m + TINY_M
         require(inside, name, f"in the room, 0..{size_m:g} m", corners)
+        proper = is_simple(points) and area_m2(points) > TINY_M
+        require(proper, name, "of some area, with no edge that crosses or touches another", corners)
         out.append(tuple((float(x), float(y)) for x, y in points))
     return tuple(out)
 

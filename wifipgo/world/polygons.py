@@ -11,6 +11,8 @@ from wifipgo.segments import cross, crossings, distance_to_segments, polygon_edg
 
 # Lengths below this are rounding, in rooms of up to kilometres.
 TINY_M = 1e-9
+# Corners, or diagonals, that are tried against all edges at once.
+_BLOCK, _FEW_DIAGONALS = 256, 16
 # A corner that turns by less (sine of the angle) is straight.
 _STRAIGHT = 1e-9
 
@@ -55,11 +57,22 @@ def is_simple(corners_m: Float[np.ndarray, "corners 2"]) -> bool:
     edges = polygon_edges(corners_m)
     if np.hypot(*(edges[:, 1] - edges[:, 0]).T).min() <= TINY_M:
         return False
-    own = np.eye(len(edges), dtype=bool)
-    own |= np.roll(own, -1, axis=1)  # a corner starts one edge and ends the one before
-    if distance_to_segments(corners_m, edges)[~own].min() <= TINY_M:
-        return False
-    return not crossings(edges[:, 0], edges[:, 1], edges).any()
+    n = len(edges)
+    for first in range(0, n, _BLOCK):  # pairs of corners and edges take memory
+        corner = np.arange(first, min(first + _BLOCK, n))
+        away_m = distance_to_segments(corners_m[corner], edges)
+        away_m[corner - first, corner] = away_m[corner - first, corner - 1] = np.inf  # edges that it ends
+        met = crossings(edges[corner, 0], edges[corner, 1], edges)
+        if away_m.min() <= TINY_M or met.any():
+            return False
+    return True
+
+
+def without_repeats(corners_m: Float[np.ndarray, "corners 2"]) -> Float[np.ndarray, "_ 2"]:
+    """Corners that differ from the one before: a ring may be closed by its first corner, or stutter."""
+    apart_m = np.hypot(*(corners_m - np.roll(corners_m, 1, axis=0)).T)
+    kept = apart_m > TINY_M
+    return corners_m[kept] if kept.any() else corners_m[:1]
 
 
 def convex_parts(corners_m: Float[np.ndarray, "corners 2"]) -> list[Float[np.ndarray, "_ 2"]]:
@@ -95,8 +108,13 @@ def _cut_from_first(corners_m: np.ndarray) -> int:
     way = corners_m[ends] - first
     straightens = (cross(corners_m[1] - first, way) >= 0.0) & (cross(first - last, way) >= 0.0)
     rank = np.hypot(*way.T) + np.where(straightens, 0.0, np.ptp(corners_m, axis=0).sum())
-    within = ends[_are_diagonals(corners_m, ends)]
-    return int(within[rank[within - 2].argmin()])
+    ends = ends[rank.argsort(kind="stable")]
+    for first in range(0, len(ends), _FEW_DIAGONALS):  # nearly always among the shortest
+        few = ends[first : first + _FEW_DIAGONALS]
+        within = _are_diagonals(corners_m, few)
+        if within.any():
+            return int(few[within.argmax()])
+    raise ValueError("a corner that turns right has a diagonal")
 
 
 def _are_diagonals(corners_m: np.ndarray, ends: np.ndarray) -> Bool[np.ndarray, " ends"]:

@@ -8,11 +8,20 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo import se2, segments
-from wifipgo.errors import require
+from wifipgo.errors import require, require_within
 
 _LEAST_SIGMA = 1e-3
 # Errors and ranges beyond all rooms, and far from where their squares overflow.
 _MOST_SIGMA, _MOST_RANGE_M = 1e4, 1e6
+_LIMITS = {
+    "sigma_t_m": (0.0, _MOST_SIGMA),
+    "sigma_r_rad": (0.0, _MOST_SIGMA),
+    "sensor_range_m": (0.0, _MOST_RANGE_M),
+    "revisit_gap": (2, 1_000_000),
+    "outlier_share": (0.0, 1.0),
+    "outlier_min_sigma": (0.0, 1e6),
+    "outlier_max_sigma": (0.0, 1e6),
+}
 _SIGMA_OF = np.array([0, 0, 1])  # of x, y and yaw
 # A camera's bearings, and its distances as a share of them (ours; the paper gives no figures).
 _CAMERA_SIGMA_RAD = float(np.deg2rad(2.0))
@@ -48,20 +57,13 @@ class SensingConfig:
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
-        for name in ("sigma_t_m", "sigma_r_rad", "sensor_range_m"):
-            require(getattr(self, name) >= 0.0, f"SensingConfig.{name}", ">= 0", getattr(self, name))
-        far_m = self.sensor_range_m
-        require(far_m <= _MOST_RANGE_M, "SensingConfig.sensor_range_m", f"at most {_MOST_RANGE_M:g}", far_m)
-        require(self.revisit_gap >= 2, "SensingConfig.revisit_gap", ">= 2", self.revisit_gap)
-        require(
-            0.0 <= self.outlier_share <= 1.0, "SensingConfig.outlier_share", "in 0..1", self.outlier_share
-        )
+        require_within(self, _LIMITS)
         spread = (self.outlier_min_sigma, self.outlier_max_sigma)
         require(
             0.0 <= spread[0] <= spread[1], "SensingConfig.outlier_max_sigma", ">= outlier_min_sigma", spread
         )
         for scale in self.noise_scale:
-            require(scale >= 0.0, "SensingConfig.noise_scale", "all >= 0", self.noise_scale)
+            require(0.0 <= scale <= 1e6, "SensingConfig.noise_scale", "all in 0..1e+06", self.noise_scale)
         factor = max(self.noise_scale, default=1.0) * max(self.outlier_max_sigma, 1.0)
         for name in ("sigma_t_m", "sigma_r_rad"):
             largest, rule = getattr(self, name) * factor, f"at most {_MOST_SIGMA:g} with its factors"
