@@ -28,6 +28,7 @@ from wifipgo.graph import (
 )
 from wifipgo.rendezvous import RendezvousConfig
 from wifipgo.se2 import wrap_angle
+from wifipgo.underflow import harmless_underflow
 
 # A told pose that changed by less, in standard deviations of told poses, is not worth solving again for.
 _SAME_TOLD = 0.5
@@ -91,6 +92,7 @@ class Memory:
         self._sent, self._since = np.zeros((0, 0), dtype=np.int64), np.zeros(0, dtype=np.int64)
         self._smoothers = Smoothers(0, doubts=self._doubts)
 
+    @harmless_underflow
     def smoothed(
         self,
         estimate: Float[np.ndarray, "robots times 3"],
@@ -103,6 +105,8 @@ class Memory:
     ) -> Smoothed:
         """Let every robot solve for its own poses from all that it knows.
 
+        Where not even QR has digits enough, they stay where they believe they are, as well as they know it.
+
         Args:
             estimate: Poses as the robots believe them, the last one by odometry.
             covariance: Of the last poses, in world axes, by dead reckoning.
@@ -113,13 +117,13 @@ class Memory:
             pings: Directions of robots far away, and where these said they were; new ones come last.
         """
         measured = (edges, bearings, pings)
-        try:
-            return self._solved(estimate, covariance, measured, sent)
-        except RuntimeError:  # singular to working precision: noise of one kind far below that of the other
-            if self._careful:
-                raise
-            self._careful, self._n_times = True, -1
-            return self._solved(estimate, covariance, measured, sent)
+        for careful in dict.fromkeys((self._careful, True)):
+            self._careful = careful
+            try:
+                return self._solved(estimate, covariance, measured, sent)
+            except RuntimeError:  # singular to working precision: one kind of noise far below the other
+                self._n_times = -1
+        return Smoothed(estimate.copy(), covariance.copy())
 
     def _solved(
         self,

@@ -4,12 +4,14 @@ A rendezvous is an exchange: trajectories, measurements and bearings. Under the 
 "at_rendezvous" it is also the only time at which poses are optimised (Eq. 3).
 """
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
+from wifipgo.errors import NumericalError
 from wifipgo.graph import (
     GUARDS,
     Bearings,
@@ -103,18 +105,22 @@ def _meet(belief: Belief, group: list[int], *, cfg: RendezvousConfig, rng: np.ra
         return _solved_by_robots(belief, group, cfg=cfg, rng=rng)
     guard = GUARDS[cfg.outliers]
     at_once = replace(guard, gate="none") if guard.by_direction else guard
-    solved, report = solve_guarded(
-        belief.estimate,
-        belief.edges,
-        belief.bearings,
-        robots=group,
-        outliers=at_once,
-        third_party=cfg.third_party,
-        covariances=True,
-    )
     n_bytes = _bytes_of_graphs(belief.estimate, belief.edges, belief.bearings, group)
+    try:
+        solved, report = solve_guarded(
+            belief.estimate,
+            belief.edges,
+            belief.bearings,
+            robots=group,
+            outliers=at_once,
+            third_party=cfg.third_party,
+            covariances=True,
+        )
+    except NumericalError:  # what they measured cannot be solved for, so they go on as they were
+        return Meeting(belief.estimate, belief.covariance, belief.edges, n_bytes, served=False)
     covariance = belief.covariance.copy()
-    covariance[group] = report.end_covariances
+    if report.end_covariances is not None:  # else the last ones stay
+        covariance[group] = report.end_covariances
     return Meeting(solved, covariance, retold(belief.edges, solved, robots=group), n_bytes)
 
 
@@ -127,19 +133,24 @@ def _solved_by_robots(
     weight = gate_weights(belief.edges, None, gate, group)
     edges = replace(belief.edges, weight=belief.edges.weight * weight)
     channel = Channel(loss=cfg.message_loss, attempts=_ATTEMPTS, rng=rng)
-    solved, report = solve_by_robots(
-        belief.estimate,
-        edges,
-        robots=group,
-        loss=guard.loss,
-        third_party=cfg.third_party,
-        config=DistributedConfig(threshold=_THRESHOLD_M),
-        channel=channel,
-    )
-    if not report.converged:
+    config = DistributedConfig(threshold=_THRESHOLD_M)
+    try:
+        solved, report = solve_by_robots(
+            belief.estimate,
+            edges,
+            robots=group,
+            loss=guard.loss,
+            third_party=cfg.third_party,
+            config=config,
+            channel=channel,
+        )
+    except NumericalError:
+        report = None
+    if report is None or not report.converged:
         return Meeting(belief.estimate, belief.covariance, belief.edges, channel.bytes_sent, served=False)
     covariance = belief.covariance.copy()
-    covariance[group] = end_covariances(solved, edges, robots=group, third_party=cfg.third_party)
+    with suppress(NumericalError):  # then the last ones stay
+        covariance[group] = end_covariances(solved, edges, robots=group, third_party=cfg.third_party)
     return Meeting(solved, covariance, retold(belief.edges, solved, robots=group), channel.bytes_sent)
 
 

@@ -14,10 +14,12 @@ from wifipgo import se2, se3
 from wifipgo.errors import pick, require
 from wifipgo.graph.chordal import Poses, matrices, nearest_rotations, pose_rows
 from wifipgo.graph.residuals import tangent_difference
+from wifipgo.underflow import harmless_underflow
 
 Rows = Float[np.ndarray, "poses dims"]
 
 
+@harmless_underflow
 def aligned(estimate: Rows, reference: Rows, *, alignment: str = "rigid") -> Rows:
     """The estimate, moved as a whole to where it fits the reference best.
 
@@ -69,6 +71,7 @@ def rpe(
     return np.sqrt(sums[0] / safe), np.sqrt(sums[1] / safe)
 
 
+@harmless_underflow
 def nees(
     estimate: Rows, reference: Rows, covariance: Float[np.ndarray, "poses freedom freedom"]
 ) -> Float[np.ndarray, " poses"]:

@@ -10,6 +10,10 @@ from wifipgo.errors import require
 from wifipgo.graph.posegraph import Edges
 from wifipgo.se2 import rotate, wrap_angle
 
+# m. Below, robots would stand in each other: the estimates are off by more than the range, and the direction
+# from one to the other says little. A bearing's slope is 1 / range; here it is bounded.
+NEAREST_M = 0.1
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bearings:
@@ -75,11 +79,34 @@ def select_bearings(
 def bearing_residuals(
     poses: Float[np.ndarray, "robots times 3"], bearings: Bearings
 ) -> Float[np.ndarray, " bearings"]:
-    """How far each highest peak lies from where the poses put its target, rad in [-pi, pi)."""
+    """How far each highest peak lies from where the poses put its target, rad in [-pi, pi).
+
+    Of targets nearer than `NEAREST_M` only the share of `nearness` counts.
+    """
+    p_observer_m = _in_observer(poses, bearings)
+    off_rad = wrap_angle(np.arctan2(p_observer_m[:, 1], p_observer_m[:, 0]) - bearings.azimuth_rad[:, 0])
+    return off_rad * nearness(np.hypot(p_observer_m[:, 0], p_observer_m[:, 1]))
+
+
+def ranges(poses: Float[np.ndarray, "robots times 3"], bearings: Bearings) -> Float[np.ndarray, " bearings"]:
+    """How far from each observer the poses put its target, m."""
+    p_observer_m = _in_observer(poses, bearings)
+    return np.hypot(p_observer_m[:, 0], p_observer_m[:, 1])
+
+
+def nearness(range_m: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
+    """Share of a residual in rad that counts: ``s (2 - s)`` at s times `NEAREST_M`, and 1 beyond."""
+    share = np.minimum(range_m / NEAREST_M, 1.0)
+    return share * (2.0 - share)
+
+
+def _in_observer(
+    poses: Float[np.ndarray, "robots times 3"], bearings: Bearings
+) -> Float[np.ndarray, "bearings 2"]:
+    """Where the poses put targets, in axes of those that heard them, m."""
     observer = poses[bearings.observer[:, 0], bearings.observer[:, 1]]
     target = poses[bearings.target[:, 0], bearings.target[:, 1]]
-    p_observer_m = rotate(-observer[:, 2], target[:, :2] - observer[:, :2])
-    return wrap_angle(np.arctan2(p_observer_m[:, 1], p_observer_m[:, 0]) - bearings.azimuth_rad[:, 0])
+    return rotate(-observer[:, 2], target[:, :2] - observer[:, :2])
 
 
 def heard_along(edges: Edges, bearings: Bearings) -> Int[np.ndarray, " edges"]:

@@ -18,6 +18,7 @@ from scipy.sparse.linalg import splu
 from wifipgo import se3
 from wifipgo.graph.keyed import PoseGraph
 from wifipgo.graph.parts import held
+from wifipgo.underflow import harmless_underflow
 
 # Tangent directions of rotations in the plane and in space: exp(sum_k a_k G_k).
 GENERATORS = {2: np.array([[[0.0, -1.0], [1.0, 0.0]]]), 3: se3.cross_matrix(np.eye(3))}
@@ -110,6 +111,7 @@ def nearest_rotations(M: Float[np.ndarray, "n d d"]) -> Float[np.ndarray, "n d d
     return U @ Vt
 
 
+@harmless_underflow
 def chordal_cost(poses: Poses, edges: Links) -> float:
     """F of the module's first lines."""
     R_i, R_j = poses.R[edges.tail], poses.R[edges.head]
@@ -156,6 +158,7 @@ def moved(R: Float[np.ndarray, "n d d"], x: Float[np.ndarray, "n k"]) -> Poses:
     return Poses(R @ turn, x[:, -d:])
 
 
+@harmless_underflow
 def two_stage(graph: PoseGraph, poses: Poses, fixed: Int[np.ndarray, " fixed"] | None = None) -> Poses:
     """Both linear problems, by a centre that knows all; ``fixed`` poses stay, see `held`."""
     edges, rows = links(graph), held(graph, fixed)
@@ -163,6 +166,7 @@ def two_stage(graph: PoseGraph, poses: Poses, fixed: Int[np.ndarray, " fixed"] |
     return gauss_newton_step(edges, Poses(nearest_rotations(np.swapaxes(Y, 1, 2)), poses.t_m), rows)
 
 
+@harmless_underflow
 def chordal_optimum(graph: PoseGraph, poses: Poses, fixed: Int[np.ndarray, " fixed"] | None = None) -> Poses:
     """Least F, by Gauss-Newton from a start near it; ``fixed`` poses stay, see `held`."""
     edges, rows = links(graph), held(graph, fixed)

@@ -14,12 +14,14 @@ from scipy.special import chdtri
 from wifipgo import se2
 from wifipgo.graph.cliques import largest_clique
 from wifipgo.graph.posegraph import Edges, select
+from wifipgo.underflow import harmless_underflow
 
 CONFIDENCE = 0.99  # share of pairs of good measurements that pass
 _GAP_SIGMA = 1e3  # m and rad, of a step without odometry: nothing is inconsistent across it
 _QUARTER_TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 
+@harmless_underflow
 def consistent(edges: Edges, *, n_robots: int, confidence: float = CONFIDENCE) -> Bool[np.ndarray, " edges"]:
     """Which measurements to keep: for each pair of robots, a largest set that is pairwise consistent.
 

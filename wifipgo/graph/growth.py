@@ -3,6 +3,8 @@
 import numpy as np
 from jaxtyping import Float
 
+from wifipgo.underflow import harmless_underflow
+
 _IDENTITY = np.eye(3)
 
 
@@ -14,6 +16,7 @@ def lever(d_m: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 3 3"]:
     return out
 
 
+@harmless_underflow
 def carried(
     covariance: Float[np.ndarray, "... 3 3"], d_m: Float[np.ndarray, "... 2"]
 ) -> Float[np.ndarray, "... 3 3"]:
@@ -22,6 +25,7 @@ def carried(
     return J @ covariance @ np.swapaxes(J, -1, -2)
 
 
+@harmless_underflow
 def in_world_axes(
     own_axes: Float[np.ndarray, "poses 3 3"], yaw_rad: Float[np.ndarray, " poses"]
 ) -> Float[np.ndarray, "poses 3 3"]:
@@ -33,6 +37,7 @@ def in_world_axes(
     return turn @ own_axes @ turn.transpose(0, 2, 1)
 
 
+@harmless_underflow
 def dead_reckoned(
     covariance: Float[np.ndarray, "*kinds robots 3 3"],
     before: Float[np.ndarray, "robots 3"],

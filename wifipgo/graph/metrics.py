@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from wifipgo.errors import pick
 from wifipgo.graph.posegraph import Edges
+from wifipgo.underflow import harmless_underflow
 
 # Whether each term of Eq. 4 is divided by the variance of its measurement.
 ERR_WEIGHTS: Mapping[str, bool] = MappingProxyType({"unit": False, "information": True})
@@ -18,6 +19,7 @@ def chordal_square(angle_rad: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, 
     return 8.0 * np.sin(0.5 * angle_rad) ** 2
 
 
+@harmless_underflow
 def squared_residuals(
     poses: Float[np.ndarray, "robots times 3"], edges: Edges
 ) -> tuple[Float[np.ndarray, " edges"], Float[np.ndarray, " edges"]]:
@@ -40,6 +42,7 @@ def squared_residuals(
     return off_m2, chordal_square(d[:, 2] - edges.z[:, 2])
 
 
+@harmless_underflow
 def residual_error(
     poses: Float[np.ndarray, "robots times 3"], edges: Edges, *, weights: str = "unit"
 ) -> Float[np.ndarray, " robots"]:
@@ -69,6 +72,7 @@ def residual_error(
     return np.bincount(robot, edges.weight * (off_m2 + 0.5 * turn), minlength=n_robots) / freedom
 
 
+@harmless_underflow
 def ate_trans(
     estimate: Float[np.ndarray, "robots times 3"], reference: Float[np.ndarray, "robots times 3"]
 ) -> Float[np.ndarray, " robots"]:
@@ -81,6 +85,7 @@ def ate_trans(
     return total_m2 / d_m.shape[-2]
 
 
+@harmless_underflow
 def ate_rot(
     estimate: Float[np.ndarray, "robots times 3"], reference: Float[np.ndarray, "robots times 3"]
 ) -> Float[np.ndarray, " robots"]:

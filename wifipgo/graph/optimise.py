@@ -5,10 +5,9 @@
     python -m wifipgo.graph.optimise DIR_OR_FILE [--backend distributed] [--robust gnc] [--out DIR]
 """
 
-import re
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -19,21 +18,23 @@ import tyro
 from jaxtyping import Float, Int
 
 from wifipgo.command_line import exit_code, printable, say
-from wifipgo.errors import DoubtfulError, NumericalError, require
+from wifipgo.errors import DoubtfulError, require
 from wifipgo.folder_lock import held
 from wifipgo.graph.chordal import chordal_cost, links, matrices
-from wifipgo.graph.distributed import Channel, DistributedConfig, solve_distributed
+from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport, solve_distributed
 from wifipgo.graph.files import Reading, read_g2o
 from wifipgo.graph.keyed import PoseGraph
 from wifipgo.graph.parts import components
-from wifipgo.graph.pcm import consistent_edges
+from wifipgo.graph.pcm import consistent_sets
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.reweighted import solve_reweighted
-from wifipgo.graph.solvers.spatial import FULL_WEIGHT, at_minimum, solve_graph
+from wifipgo.graph.solvers.spatial import FULL_WEIGHT, solve_graph
 from wifipgo.processes import in_a_process
 
 Backend = Literal["gtsam", "distributed"]
 Robust = Literal["none", "huber", "gnc", "pcm"]
+Initial = Literal["best", "given", "chordal", "odometry"]
+ITERATIONS = 100  # of gtsam's search at most
 FEW_EDGES = 300  # a search of so many is over before somebody could stop it
 STEPS: Mapping[str, str] = MappingProxyType({"gtsam": "iterations", "distributed": "rounds"})
 
@@ -45,9 +46,11 @@ class Outcome(NamedTuple):
         poses: Optimised rows.
         weight: What the robust method left of each measurement's information.
         steps: Iterations of the search, or rounds of each stage.
-        converged: Whether it ended because there was nothing to gain.
+        converged: Whether it ended because there was nothing to gain, here or from another start.
         bytes_sent: Between robots; none with one computer.
         seconds: Without reading and writing.
+        doubt: What speaks against the result, in a sentence; nothing if it has converged.
+        unproven: Pairs of robots of whose measurements PCM may have kept fewer than it could.
     """
 
     poses: Float[np.ndarray, "poses dims"]
@@ -56,6 +59,8 @@ class Outcome(NamedTuple):
     converged: bool
     bytes_sent: int
     seconds: float
+    doubt: str = ""
+    unproven: tuple[tuple[int, int], ...] = ()
 
 
 def optimise(
@@ -65,6 +70,8 @@ def optimise(
     backend: Backend = "gtsam",
     robust: Robust = "none",
     threshold: float = 0.01,
+    initial: Initial = "best",
+    max_iterations: int = ITERATIONS,
 ) -> Outcome:
     """Optimise a graph.
 
@@ -74,56 +81,48 @@ def optimise(
         backend: One computer by gtsam, or the robots by themselves.
         robust: What guards against outliers.
         threshold: At which movement the robots stop, see `DistributedConfig`.
+        initial: Where gtsam's search starts, see `wifipgo.graph.solve_graph`; robots start chordal.
+        max_iterations: Of gtsam's search.
 
     Raises:
         ValueError: Coordinates or information are so large that their products are no numbers.
+        NumericalError: No step can be found; says at which pose.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         error = float(chi_squares(graph, graph.poses).sum())
     require(bool(np.isfinite(error)), "error of the graph as given", "finite", error)
     begin = time.perf_counter()
-    weight = np.ones(len(graph.tail))
-    if robust == "pcm":
-        weight = consistent_edges(graph).astype(np.float64)
+    sets = consistent_sets(graph) if robust == "pcm" else None
+    weight = np.ones(len(graph.tail)) if sets is None else sets.keep.astype(np.float64)
     loss = robust if robust in {"huber", "gnc"} else "none"
     guarded = graph.with_weight(graph.weight * weight)
     if backend == "gtsam":
-        try:
-            poses, report = solve_graph(guarded, fixed=fixed, robust=loss)
-        except NumericalError:
-            raise
-        except RuntimeError as failure:  # gtsam's
-            raise NumericalError(_broken_down(failure, graph)) from failure
+        poses, report = solve_graph(
+            guarded, fixed=fixed, initial=initial, robust=loss, max_iterations=max_iterations
+        )
         poses = _put_back(poses, graph, fixed)
         for down in report.weighed_down:
             weight[down.rows] = down.weight
-        done = at_minimum(graph.with_weight(graph.weight * weight), poses, fixed)
-        return Outcome(poses, weight, (report.iterations,), done, 0, time.perf_counter() - begin)
+        seconds = time.perf_counter() - begin
+        outcome = Outcome(poses, weight, (report.iterations,), report.converged, 0, seconds, report.doubt)
+    else:
+        poses, told, left = _by_robots(guarded, fixed, loss, threshold)
+        doubt = "" if told.converged else f"robots still moved by more than {threshold:g}"
+        seconds = time.perf_counter() - begin
+        settled = (told.rounds, told.converged, told.bytes_sent)
+        outcome = Outcome(poses, weight * left, *settled, seconds, doubt)
+    return outcome if sets is None else outcome._replace(unproven=sets.unproven)
+
+
+def _by_robots(
+    graph: PoseGraph, fixed: Int[np.ndarray, " fixed"] | None, loss: str, threshold: float
+) -> tuple[Float[np.ndarray, "poses dims"], DistributedReport, Float[np.ndarray, " edges"]]:
+    """Solve without a computer that knows everything; poses, report, and what the loss left."""
     channel, config = Channel(), DistributedConfig(threshold=threshold)
     if loss == "none":
-        poses, told = solve_distributed(guarded, fixed=fixed, config=config, channel=channel)
-    else:
-        poses, told, weight = solve_reweighted(
-            guarded, robust=loss, fixed=fixed, config=config, channel=channel
-        )
-    seconds = time.perf_counter() - begin
-    return Outcome(poses, weight, told.rounds, told.converged, channel.bytes_sent, seconds)
-
-
-def _broken_down(failure: RuntimeError, graph: PoseGraph) -> str:
-    """What gtsam says, with the pose where it stopped and the surest measurement of that."""
-    text = " ".join(str(failure).split())
-    near = re.search(r"near variable (\d+)", text)
-    row = int(near[1]) if near else -1
-    touching = np.flatnonzero((graph.tail == row) | (graph.head == row))
-    if len(touching) == 0:
-        return f"the search broke down: {text[:200]}"
-    surest = touching[np.argmax(np.abs(graph.information[touching]).max(axis=(1, 2)))]
-    at, tail, head = (
-        f"pose {graph.index[k]} of robot {graph.robot[k]}"
-        for k in (row, graph.tail[surest], graph.head[surest])
-    )
-    return f"the search broke down near {at}, whose surest measurement is from {tail} to {head}"
+        poses, told = solve_distributed(graph, fixed=fixed, config=config, channel=channel)
+        return poses, told, np.ones(len(graph.tail))
+    return solve_reweighted(graph, robust=loss, fixed=fixed, config=config, channel=channel)
 
 
 def _put_back(
@@ -160,6 +159,7 @@ def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) ->
         STEPS[backend]: sum(outcome.steps),
         "bytes sent": outcome.bytes_sent,
         "converged": outcome.converged,
+        "PCM not proven largest": outcome.unproven or {},
         "seconds": outcome.seconds,
         "poses known by FIX": len(reading.fixed),
         "first poses": "from the measurements, the files have none" if reading.guessed else "of the files",
@@ -176,6 +176,8 @@ def run(
     robust: Robust = "none",
     out: Path = Path("results/optimise"),
     threshold: float = 0.01,
+    initial: Initial = "best",
+    max_iterations: int = ITERATIONS,
     lenient: bool = False,
     overwrite: bool = False,
 ) -> None:
@@ -192,6 +194,8 @@ def run(
         robust: Guard against outliers, for all measurements but odometry.
         out: Folder for the results.
         threshold: Movement at which the robots stop, m and rad together.
+        initial: Where gtsam's search starts: the file's poses, chordal ones, along the odometry, or the best.
+        max_iterations: Of gtsam's search.
         lenient: Skip lines with unknown tags, and list them.
         overwrite: Replace results that are in the folder.
     """
@@ -201,22 +205,28 @@ def run(
     with held(out):
         results = Results.claim(out, overwrite=overwrite)
         reading = read_g2o(path, lenient=lenient)
-        outcome = _optimised(reading, backend=backend, robust=robust, threshold=threshold)
+        job = partial(
+            optimise,
+            reading.graph,
+            fixed=reading.fixed,
+            backend=backend,
+            robust=robust,
+            threshold=threshold,
+            initial=initial,
+            max_iterations=max_iterations,
+        )
+        outcome = _stoppable(job, long=backend == "gtsam" and len(reading.graph.tail) > FEW_EDGES)
         table = figures(reading, outcome, backend=backend, robust=robust)
         results.publish(reading, outcome.poses, outcome.weight, table, single=not path.is_dir())
         print_table(table, title=printable(path.resolve().name))
         say(f"results: {out}")
         results.draw(reading.graph, outcome.poses, outcome.weight)
     if not outcome.converged:
-        raise DoubtfulError("not converged: the poses are there, but they are no optimum")
+        raise DoubtfulError(f"not converged, the poses are there but no optimum: {outcome.doubt}")
 
 
-def _optimised(reading: Reading, *, backend: Backend, robust: Robust, threshold: float) -> Outcome:
-    """`optimise`, where Ctrl-C ends it at once: gtsam's loops, once in them, do not hear it."""
-    job = partial(
-        optimise, reading.graph, fixed=reading.fixed, backend=backend, robust=robust, threshold=threshold
-    )
-    long = backend == "gtsam" and len(reading.graph.tail) > FEW_EDGES
+def _stoppable(job: Callable[[], Outcome], *, long: bool) -> Outcome:
+    """Do the job so that Ctrl-C ends it at once: gtsam's loops, once in them, do not hear it."""
     return in_a_process(job) if long else job()
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from wifipgo.se2 import wrap_angle
+from wifipgo.underflow import harmless_underflow
 
 PAPER_SIGMA_RAD = float(np.deg2rad(2.96))  # puts the knee of Eq. 7 at the paper's gate
 PAPER_GATE_RAD = float(np.deg2rad(7.2))  # paper Sec. 7.3
@@ -25,6 +26,7 @@ def elevation(offset_m: Float[np.ndarray, "*edges 3"]) -> Float[np.ndarray, "*ed
     return np.arctan2(offset_m[..., 2], np.hypot(offset_m[..., 0], offset_m[..., 1]))
 
 
+@harmless_underflow
 def likelihood(
     difference_rad: Float[np.ndarray, "*edges"], *, sigma_rad: float = PAPER_SIGMA_RAD
 ) -> Float[np.ndarray, "*edges"]:
@@ -44,6 +46,7 @@ def likelihood(
     return np.minimum(1.0, np.exp(-0.5 * off**2) / sigma_rad)
 
 
+@harmless_underflow
 def paper_weights(
     bearing_rad: Float[np.ndarray, "*edges"],
     peak_rad: Float[np.ndarray, "*edges"],
@@ -59,6 +62,7 @@ def paper_weights(
     return np.where(np.abs(off_rad) >= gate_rad, likelihood(off_rad, sigma_rad=sigma_rad), 1.0)
 
 
+@harmless_underflow
 def range_aware_weights(
     z: Float[np.ndarray, "edges 3"],
     sigma_t_m: Float[np.ndarray, " edges"],

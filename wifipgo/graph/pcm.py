@@ -17,6 +17,7 @@ from wifipgo import se3
 from wifipgo.graph.cliques import largest_clique
 from wifipgo.graph.keyed import PoseGraph
 from wifipgo.graph.residuals import PLANAR
+from wifipgo.underflow import harmless_underflow
 
 CONFIDENCE = 0.99  # share of pairs of good measurements that pass
 _BLOCK = 64  # measurements compared with all others at once: bounds the memory
@@ -44,6 +45,7 @@ def consistent_edges(graph: PoseGraph, *, confidence: float = CONFIDENCE) -> Boo
     return consistent_sets(graph, confidence=confidence).keep
 
 
+@harmless_underflow
 def consistent_sets(graph: PoseGraph, *, confidence: float = CONFIDENCE) -> ConsistentSets:
     """Do as `consistent_edges`, and say which sets are not proven to be the largest."""
     keep, unproven = graph.odometry.copy(), []

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo.errors import require
+from wifipgo.underflow import harmless_underflow
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,6 +109,7 @@ def select(edges: Edges, rows: Bool[np.ndarray, " edges"] | Int[np.ndarray, " ro
     return Edges(**{f: getattr(edges, f).take(listed, axis=0) for f in _NAMES})
 
 
+@harmless_underflow
 def retold(edges: Edges, poses: Float[np.ndarray, "robots times 3"], *, robots: Iterable[int]) -> Edges:
     """Let the given robots tell each other their current poses (what a rendezvous exchanges)."""
     among = np.zeros(len(poses), dtype=bool)

@@ -5,10 +5,12 @@ from jaxtyping import Float
 
 from wifipgo import se2, se3
 from wifipgo.graph.keyed import PoseGraph
+from wifipgo.underflow import harmless_underflow
 
 PLANAR = [0, 1, 5]  # places of (x, y, yaw) in a tangent vector of space
 
 
+@harmless_underflow
 def tangent_errors(
     graph: PoseGraph, poses: Float[np.ndarray, "poses dims"]
 ) -> Float[np.ndarray, "edges freedom"]:
@@ -29,6 +31,7 @@ def tangent_difference(
     return se3.log(se3.between(T_a_b, T_a_c))
 
 
+@harmless_underflow
 def chi_squares(graph: PoseGraph, poses: Float[np.ndarray, "poses dims"]) -> Float[np.ndarray, " edges"]:
     """Squared residual of each measurement in units of its noise, times its weight.
 

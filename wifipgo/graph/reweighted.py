@@ -15,6 +15,7 @@ from scipy.special import chdtri
 from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport, solve_distributed
 from wifipgo.graph.keyed import PoseGraph
 from wifipgo.graph.residuals import chi_squares
+from wifipgo.underflow import harmless_underflow
 
 HUBER_KNEE = 1.345  # in sigmas
 GNC_CONFIDENCE, GNC_FACTOR = 0.99, 1.4  # share of good measurements kept; growth of the control parameter
@@ -22,6 +23,7 @@ MAX_SOLUTIONS = 60
 SAME_WEIGHT = 1e-2  # weights that change by less are taken for final
 
 
+@harmless_underflow
 def solve_reweighted(
     graph: PoseGraph,
     *,

@@ -19,6 +19,7 @@ from wifipgo.graph.distributed.rounds import DistributedConfig, Stage, run_stage
 from wifipgo.graph.distributed.team import make_robots
 from wifipgo.graph.keyed import PoseGraph, normalised
 from wifipgo.threads import one_thread
+from wifipgo.underflow import harmless_underflow
 
 
 class DistributedReport(NamedTuple):
@@ -46,6 +47,7 @@ class DistributedReport(NamedTuple):
 
 
 @one_thread
+@harmless_underflow
 def solve_distributed(
     graph: PoseGraph,
     start: Float[np.ndarray, "poses dims"] | None = None,

@@ -78,6 +78,7 @@ class Lowest(NamedTuple):
     at: Seen
     iterations: int
     before: float
+    settled: bool = True
 
     @property
     def after(self) -> float:

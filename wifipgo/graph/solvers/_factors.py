@@ -10,6 +10,7 @@ from wifipgo import se2
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.posegraph import Edges
 from wifipgo.graph.solvers._losses import geman_mcclure, huber
+from wifipgo.graph.solvers._near_bearings import near_bearing
 
 Models = dict[tuple[Any, ...], gtsam.noiseModel.Base]
 
@@ -105,11 +106,22 @@ def told_tails(
 
 
 def add_bearings(
-    graph: gtsam.NonlinearFactorGraph, bearings: Bearings, first_key: Int[np.ndarray, " robots"]
+    graph: gtsam.NonlinearFactorGraph,
+    bearings: Bearings,
+    first_key: Int[np.ndarray, " robots"],
+    *,
+    near: bool = False,
 ) -> None:
-    """Add the highest peak of each profile as a bearing with Geman-McClure's loss."""
+    """Add the highest peak of each profile as a bearing with Geman-McClure's loss.
+
+    Those to be searched ``near`` zero range have a bounded slope there, and take longer.
+    """
     models = {sigma: geman_mcclure(sigma) for sigma in set(bearings.sigma_rad.tolist())}
     ends = zip(keys(bearings.observer, first_key), keys(bearings.target, first_key), strict=True)
     peaks = zip(bearings.azimuth_rad[:, 0].tolist(), bearings.sigma_rad.tolist(), strict=True)
     for (i, j), (azimuth_rad, sigma) in zip(ends, peaks, strict=True):
-        graph.add(gtsam.BearingFactorPose2(i, j, gtsam.Rot2(azimuth_rad), models[sigma]))
+        graph.add(
+            near_bearing(i, j, azimuth_rad, models[sigma])
+            if near
+            else gtsam.BearingFactorPose2(i, j, gtsam.Rot2(azimuth_rad), models[sigma])
+        )

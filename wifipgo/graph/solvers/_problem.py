@@ -119,3 +119,18 @@ def build(problem: Problem, edges: Edges, *, huber: bool) -> gtsam.NonlinearFact
     add(graph, between_factors(select(edges, problem.inner), key, doubted))
     add(graph, told_factors(select(edges, problem.outer), problem.told_sigma, key, doubted=huber))
     return graph
+
+
+def name_of(problem: Problem, edges: Edges, key: int) -> str:
+    """A pose, and the surest of its measurements: where digits end, it is the one that is too sure."""
+    robot, index = divmod(key, len(problem.start) // len(problem.team))
+    place = f"pose {index} of robot {problem.team[robot]}"
+    touching = problem.tail == key
+    touching[: len(problem.head)] |= problem.head == key
+    rows = problem.rows[touching]
+    if not len(rows):
+        return place
+    row = int(rows[(edges.sigma[rows] / np.sqrt(edges.weight[rows])[:, None]).min(axis=1).argmin()])
+    (i, k), (j, m) = edges.tail[row].tolist(), edges.head[row].tolist()
+    sigma = "sigma {:.3g} m, {:.3g} rad".format(*edges.sigma[row])
+    return f"{place}, whose surest measurement is from {(i, k)} to {(j, m)} ({sigma})"

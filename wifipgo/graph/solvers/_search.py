@@ -9,13 +9,17 @@ from jaxtyping import Float, Int
 
 from wifipgo.graph.growth import in_world_axes
 from wifipgo.graph.solvers._descent import descend
+from wifipgo.graph.solvers._elimination import marginals, parameters, searched, truncated
 
 TOLERANCE = 1e-8  # on the relative and absolute fall of the error: poses within about 0.1 mm of the optimum
 GNC_CONFIDENCE = 0.99  # share of good measurements that truncation keeps
 
 
 class Found(NamedTuple):
-    """Where a search ended. Errors are gtsam's, half a chi-square; weights are GNC's, one an edge used."""
+    """Where a search ended. Errors are gtsam's, half a chi-square; weights are GNC's, one an edge used.
+
+    Settled is a search that ended before it had to.
+    """
 
     graph: gtsam.NonlinearFactorGraph
     values: gtsam.Values
@@ -23,6 +27,7 @@ class Found(NamedTuple):
     before: float
     after: float
     weight: Float[np.ndarray, " rows"] | None = None
+    settled: bool = True
 
     @property
     def poses(self) -> Float[np.ndarray, "poses 3"]:
@@ -39,8 +44,7 @@ def covariances_of(
     graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, rows: Int[np.ndarray, " some"]
 ) -> Float[np.ndarray, "some 3 3"]:
     """Covariances of some poses, from the axes of each pose, where gtsam has them, to the world's."""
-    marginals = gtsam.Marginals(graph, values)
-    own_axes = np.array([marginals.marginalCovariance(key) for key in rows.tolist()])
+    own_axes = marginals(graph, values, rows.tolist())
     yaw_rad = np.array([values.atPose2(key).theta() for key in rows.tolist()])
     return in_world_axes(own_axes, yaw_rad)
 
@@ -51,13 +55,6 @@ def as_values(start: Float[np.ndarray, "poses 3"]) -> gtsam.Values:
     for key, pose in enumerate(start.tolist()):
         values.insert(key, pose2=gtsam.Pose2(*pose))  # the name spares a search among 50 types
     return values
-
-
-def _parameters() -> gtsam.LevenbergMarquardtParams:
-    params = gtsam.LevenbergMarquardtParams()
-    params.setRelativeErrorTol(TOLERANCE)
-    params.setAbsoluteErrorTol(TOLERANCE)
-    return params
 
 
 def optimise(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> Found:
@@ -105,18 +102,14 @@ def _step(
 
 def _damped(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, before: float, spent: int) -> Found:
     """Levenberg-Marquardt after some steps without it."""
-    optimiser = gtsam.LevenbergMarquardtOptimizer(graph, values, _parameters())
-    found = optimiser.optimize()
-    return Found(graph, found, spent + optimiser.iterations(), before, optimiser.error())
+    params = parameters(tolerance=TOLERANCE)
+    found = searched(graph, values, params)
+    return Found(graph, found.values, spent + found.iterations, before, found.after, settled=found.settled)
 
 
 def truncate(
     graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, *, trusted: list[int]
 ) -> tuple[gtsam.Values, Float[np.ndarray, " factors"]]:
     """Truncated squares by graduated non-convexity: solution, and 0 to 1 for each factor."""
-    gnc = gtsam.GncLMParams(_parameters())
-    gnc.setLossType(gtsam.GncLossType.TLS)
-    gnc.setKnownInliers(trusted)
-    optimiser = gtsam.GncLMOptimizer(graph, values, gnc)
-    optimiser.setInlierCostThresholdsAtProbability(GNC_CONFIDENCE)
-    return optimiser.optimize(), optimiser.getWeights()
+    params = parameters(tolerance=TOLERANCE)
+    return truncated(graph, values, params, trusted=trusted, confidence=GNC_CONFIDENCE)

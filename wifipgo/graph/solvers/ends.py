@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -9,10 +10,13 @@ from jaxtyping import Float, Int
 from wifipgo.graph.posegraph import Edges
 from wifipgo.graph.solvers._banded import begun, covariances
 from wifipgo.graph.solvers._descent import SingularError
-from wifipgo.graph.solvers._problem import KNOWN_START, TOLD_SIGMA, Problem, build, posed
+from wifipgo.graph.solvers._elimination import named
+from wifipgo.graph.solvers._problem import KNOWN_START, TOLD_SIGMA, Problem, build, name_of, posed
 from wifipgo.graph.solvers._search import as_values, covariances_of
+from wifipgo.underflow import harmless_underflow
 
 
+@harmless_underflow
 def end_covariances(
     poses: Float[np.ndarray, "robots times 3"],
     edges: Edges,
@@ -42,6 +46,7 @@ def end_covariances(
 
     Raises:
         ValueError: As `wifipgo.graph.solve`.
+        NumericalError: Beyond working precision; says at which pose and measurement.
     """
     problem = posed(
         poses,
@@ -56,7 +61,8 @@ def end_covariances(
         with suppress(SingularError):  # gtsam says which pose it is
             return covariances(*begin, rows)
     graph = build(problem, edges, huber=False)
-    return covariances_of(graph, as_values(problem.start), rows)
+    with named("end covariances", partial(name_of, problem, edges)):
+        return covariances_of(graph, as_values(problem.start), rows)
 
 
 def last_rows(problem: Problem, robots: Sequence[int]) -> Int[np.ndarray, " robots"]:

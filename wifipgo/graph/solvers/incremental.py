@@ -65,7 +65,8 @@ class Smoothers:
         Args:
             n_robots: How many there are.
             doubts: Whether Huber's loss is on all measurements but odometry.
-            careful: Eliminate by QR, not by Cholesky's factors: half as fast, and twice the digits.
+            careful: Eliminate by QR, not by Cholesky's factors: half as fast, and twice the digits; and
+                bound the slope of bearings between poses that nearly coincide.
         """
         self._doubts = doubts
         self._models: Models = {}
@@ -136,7 +137,7 @@ class _Smoother:
             first_key: Variables of the robots' first poses.
             careful: Eliminate by QR.
         """
-        self._robot, self._first_key = robot, first_key
+        self._robot, self._first_key, self._careful = robot, first_key, careful
         params = gtsam.ISAM2Params()
         params.setRelinearizeThreshold(_RELINEARISE)
         params.relinearizeSkip = 1
@@ -170,7 +171,7 @@ class _Smoother:
         A loss that lets go of what does not fit must not choose what it fits.
         """
         graph = gtsam.NonlinearFactorGraph()
-        add_bearings(graph, bearings, self._first_key)
+        add_bearings(graph, bearings, self._first_key, near=self._careful)
         self._isam.update(graph, gtsam.Values())
         self._settle(True)
 

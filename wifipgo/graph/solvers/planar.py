@@ -1,28 +1,50 @@
 """Most likely poses in the plane (paper Eq. 3): squares by Gauss-Newton, losses by Levenberg-Marquardt."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
+from types import MappingProxyType
 
 import gtsam
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo.errors import pick
-from wifipgo.graph.bearings import Bearings, bearing_residuals, select_bearings
+from wifipgo.graph.bearings import NEAREST_M, Bearings, bearing_residuals, select_bearings
 from wifipgo.graph.posegraph import Edges
 from wifipgo.graph.solvers._banded import Lowest, lowest
-from wifipgo.graph.solvers._factors import add_bearings
+from wifipgo.graph.solvers._elimination import named
+from wifipgo.graph.solvers._factors import add_bearings, keys
 from wifipgo.graph.solvers._losses import BEARING_C, LOSSES, geman_mcclure_weight, huber_weight
-from wifipgo.graph.solvers._problem import ANCHOR_SIGMA, KNOWN_START, TOLD_SIGMA, Problem, build, posed
+from wifipgo.graph.solvers._problem import (
+    ANCHOR_SIGMA,
+    KNOWN_START,
+    TOLD_SIGMA,
+    Problem,
+    build,
+    name_of,
+    posed,
+)
 from wifipgo.graph.solvers._search import Found, as_values, least_squares, optimise, truncate
 from wifipgo.graph.solvers.ends import last_rows
+from wifipgo.graph.solvers.keyed_problem import chordal_start
 from wifipgo.graph.solvers.report import Report, WeighedDown
 from wifipgo.threads import one_thread
+from wifipgo.underflow import harmless_underflow
 
+INITIAL: Mapping[str, str] = MappingProxyType(
+    {
+        "given": "the poses as they are",
+        "chordal": "two linear problems, see wifipgo.graph.chordal",
+        "best": "the lower of the two optima",
+    }
+)
+SAME_OPTIMUM = 1e-4  # of a chi-square: two searches that differ by less have found the same minimum
 LEAST_WEIGHT = 1e-8  # of what GNC lets go: nothing, and no pose floats
 
 
 @one_thread
+@harmless_underflow
 def solve(
     poses: Float[np.ndarray, "robots times 3"],
     edges: Edges,
@@ -34,6 +56,7 @@ def solve(
     bearings: Bearings | None = None,
     start_sigma: Float[np.ndarray, "#robots 2"] | tuple[float, float] = KNOWN_START,
     covariances: bool = False,
+    initial: str = "given",
 ) -> tuple[Float[np.ndarray, "robots times 3"], Report]:
     """Poses of some robots that make their shared measurements most likely (paper Eq. 3).
 
@@ -55,15 +78,20 @@ def solve(
             of which one has most of its bearings of the other let go then do without (ours).
         start_sigma: How well first poses are known, (m, rad), for all robots or one row each.
         covariances: Whether the report has those of the last poses; see `wifipgo.graph.end_covariances`.
+            It has none, and calls nothing converged, where they are beyond working precision.
+        initial: Where the search starts, one of `INITIAL`. Only "best" compares two starts, at more than
+            twice the time.
 
     Returns:
         New poses, those of other robots unchanged, and the report.
 
     Raises:
+        NumericalError: No step can be found; says at which pose and measurement.
         ValueError: ``robots`` names one twice or nobody, an option is unknown, a pose
             is not finite, or one other than a first has no measurement.
     """
     pick(LOSSES, loss, "loss")
+    pick(INITIAL, initial, "initial poses")
     problem = posed(
         poses,
         edges,
@@ -72,16 +100,40 @@ def solve(
         told_sigma=told_sigma,
         start_sigma=start_sigma,
     )
-    found = _found(problem, edges, loss)
+    with named("solve", partial(name_of, problem, edges)):
+        found = _from(problem, edges, loss, initial)
     down = _let_go(loss, problem, found)
     solved = _put_back(poses, found.poses, problem)
     if bearings is not None:
-        solved, found, heard_down = _with_bearings(solved, found, bearings, problem, edges)
+        with named("solve with bearings", partial(name_of, problem, edges)):
+            solved, found, heard_down = _with_bearings(solved, found, bearings, problem, edges)
         down += heard_down
-    used = len(problem.rows)
-    chi2 = 2.0 * found.before, 2.0 * found.after
-    ends = found.covariances(last_rows(problem, robots)) if covariances else None
-    return solved, Report(found.iterations, *chi2, used, len(edges) - used, down, ends)
+    ends, unknown = _ends(found, last_rows(problem, robots)) if covariances else (None, "")
+    doubt = unknown or ("" if found.settled else f"cut after {found.iterations} iterations")
+    used, chi2 = len(problem.rows), (2.0 * found.before, 2.0 * found.after)
+    counts = (used, len(edges) - used)
+    return solved, Report(found.iterations, *chi2, *counts, down, ends, not doubt, doubt)
+
+
+def _from(problem: Problem, edges: Edges, loss: str, initial: str) -> Found | Lowest:
+    """One search from one start, or the lower of two."""
+    if initial == "given":
+        return _found(problem, edges, loss)
+    chordal = _found(chordal_start(problem, edges), edges, loss)
+    if initial == "chordal":
+        return chordal
+    given = _found(problem, edges, loss)
+    return given if given.after <= chordal.after * (1.0 + SAME_OPTIMUM) else chordal
+
+
+def _ends(
+    found: Found | Lowest, rows: Int[np.ndarray, " team"]
+) -> tuple[Float[np.ndarray, "team 3 3"] | None, str]:
+    """Covariances of last poses, or why there are none."""
+    try:
+        return found.covariances(rows), ""
+    except RuntimeError:
+        return None, "covariances are beyond working precision"
 
 
 def solve_team(
@@ -163,10 +215,7 @@ def _with_bearings(
     deaf = build(problem, edges, huber=False) if isinstance(first, Lowest) else first.graph
     values = as_values(first.poses) if isinstance(first, Lowest) else first.values
     while len(kept):
-        graph = gtsam.NonlinearFactorGraph()
-        graph.push_back(deaf)
-        add_bearings(graph, select_bearings(bearings, kept), problem.first_key)
-        found = optimise(graph, values)
+        found = _heard_too(deaf, values, select_bearings(bearings, kept), problem)
         solved = _put_back(poses, found.poses, problem)
         disowned = _disowned(solved, select_bearings(bearings, kept))
         if not disowned.any():
@@ -176,6 +225,36 @@ def _with_bearings(
     weight = np.where(np.isin(heard, kept), geman_mcclure_weight(off), 0.0)
     low = (np.abs(off) > BEARING_C) | (weight == 0.0)
     return solved, found, (WeighedDown("bearing", heard[low], weight[low]),) if low.any() else ()
+
+
+def _heard_too(
+    deaf: gtsam.NonlinearFactorGraph, values: gtsam.Values, bearings: Bearings, problem: Problem
+) -> Found:
+    """Search with bearings; with a bounded slope where two that heard each other came to be on one place."""
+    found = None
+    for near in (False, True):
+        graph = gtsam.NonlinearFactorGraph()
+        graph.push_back(deaf)
+        add_bearings(graph, bearings, problem.first_key, near=near)
+        try:
+            found = optimise(graph, values)
+        except RuntimeError:
+            if near:
+                raise
+            continue
+        if not _on_one_place(found, bearings, problem):
+            break
+    assert found is not None
+    return found
+
+
+def _on_one_place(found: Found, bearings: Bearings, problem: Problem) -> bool:
+    """Whether an observer and its target are nearer than a bearing is good for."""
+    p_m = found.poses[:, :2]
+    observer, target = (
+        np.array(keys(ends, problem.first_key)) for ends in (bearings.observer, bearings.target)
+    )
+    return bool((np.hypot(*(p_m[observer] - p_m[target]).T) < NEAREST_M).any())
 
 
 def _disowned(

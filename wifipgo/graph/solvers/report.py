@@ -26,6 +26,8 @@ class Report(NamedTuple):
     Where a loss stands in for the square, the chi-square has twice the loss; with GNC, the
     squares times their last weights. Before is where the last search began. Covariances of last
     poses, along the axes of the world, are there where they were asked for, in the order of the robots.
+    Converged is a search that ended where nothing is to gain, and of which no other start that was tried
+    led lower; if not, ``doubt`` says what speaks against it.
     """
 
     iterations: int
@@ -35,3 +37,5 @@ class Report(NamedTuple):
     n_dropped: int
     weighed_down: tuple[WeighedDown, ...] = ()
     end_covariances: Float[np.ndarray, "team 3 3"] | None = None
+    converged: bool = True
+    doubt: str = ""

@@ -5,25 +5,44 @@ measurement says where a part is, and so no system is indeterminate.
 """
 
 from collections.abc import Mapping
+from functools import partial
 from types import MappingProxyType
-from typing import Any
+from typing import NamedTuple
 
 import gtsam
 import numpy as np
 from jaxtyping import Float, Int
+from scipy.special import chdtri
 
-from wifipgo import se3
-from wifipgo.errors import pick
+from wifipgo.errors import NumericalError, pick, require
 from wifipgo.graph.chordal import matrices, pose_rows, two_stage
+from wifipgo.graph.first_guess import first_guess
 from wifipgo.graph.keyed import PoseGraph, normalised
-from wifipgo.graph.parts import held
 from wifipgo.graph.residuals import chi_squares
+from wifipgo.graph.solvers._elimination import (
+    MAX_ITERATIONS,
+    QR,
+    at_bottom,
+    marginals,
+    named,
+    parameters,
+    searched,
+    truncated,
+)
+from wifipgo.graph.solvers._keyed_factors import HUBER_KNEE, ORDER, factors_of, name_of, rows_of, values_of
 from wifipgo.graph.solvers.report import Report, WeighedDown
 from wifipgo.threads import one_thread
+from wifipgo.underflow import harmless_underflow
 
 METHODS: Mapping[str, str] = MappingProxyType({"lm": "Levenberg-Marquardt", "gn": "Gauss-Newton"})
 INITIAL: Mapping[str, str] = MappingProxyType(
-    {"given": "the poses as they are", "chordal": "two linear problems, see wifipgo.graph.chordal"}
+    {
+        "given": "the poses as they are",
+        "chordal": "two linear problems, see wifipgo.graph.chordal",
+        "odometry": "along a tree of measurements, odometry first, see wifipgo.graph.first_guess",
+        "best": "the lowest of the optima from the given poses and from chordal ones; from odometry too if "
+        "these two differ",
+    }
 )
 ROBUST: Mapping[str, str] = MappingProxyType(
     {
@@ -32,17 +51,33 @@ ROBUST: Mapping[str, str] = MappingProxyType(
         "gnc": "truncated squares, by graduated non-convexity (Yang et al., RA-L 2020)",
     }
 )
-ANCHOR_SIGMA = 1e-6  # m and rad
 TOLERANCE = 1e-10  # on the relative and absolute fall of the error
-STATIONARY = 1e-6  # gain of one more step, as a share of the error, that counts as none
-MAX_ITERATIONS = 100  # of a search
-HUBER_KNEE = 1.345  # in sigmas, the customary one
+SAME_OPTIMUM = 1e-4  # of a cost: two searches that differ by less have found the same minimum
 GNC_CONFIDENCE = 0.99  # share of good measurements that truncation keeps
 FULL_WEIGHT = 1.0 - 1e-6  # what has less was weighed down
-_ORDER = MappingProxyType({3: [0, 1, 2], 6: [3, 4, 5, 0, 1, 2]})  # in space gtsam puts rotation first
+
+
+class _Task(NamedTuple):
+    """What to minimise, and how."""
+
+    graph: PoseGraph
+    fixed: Int[np.ndarray, " fixed"] | None
+    method: str
+    robust: str
+    max_iterations: int
+
+
+class _Optimum(NamedTuple):
+    """Where a search ended: poses, what the loss left of each measurement, and the cost that it minimises."""
+
+    rows: Float[np.ndarray, "poses dims"]
+    weight: Float[np.ndarray, " edges"]
+    cost: float
+    report: Report
 
 
 @one_thread
+@harmless_underflow
 def solve_graph(
     graph: PoseGraph,
     start: Float[np.ndarray, "poses dims"] | None = None,
@@ -51,8 +86,12 @@ def solve_graph(
     method: str = "lm",
     initial: str = "given",
     robust: str = "none",
+    max_iterations: int = MAX_ITERATIONS,
 ) -> tuple[Float[np.ndarray, "poses dims"], Report]:
     """Poses that make the measurements most likely (paper Eq. 3).
+
+    What is found from given poses or along odometry is compared with what is found from chordal ones: the
+    report calls no minimum converged where that is lower.
 
     Args:
         graph: Poses and measurements; those of weight zero are dropped.
@@ -61,31 +100,112 @@ def solve_graph(
         method: One of `METHODS`.
         initial: One of `INITIAL`: what is made of the start before the search.
         robust: One of `ROBUST`, for all measurements but odometry, which is trusted.
+        max_iterations: Of a search; once more as many by QR where Cholesky's factors do not get there.
 
     Returns:
-        Pose rows, and what the search did.
+        Pose rows, and what the search did. Where the report says that it has not converged, the poses
+        are the best of the search all the same.
 
     Raises:
         UnknownNameError: An option is unknown.
+        NumericalError: Measurements differ so much in their information that no step can be found.
     """
     pick(METHODS, method, "method")
     pick(INITIAL, initial, "initial poses")
     pick(ROBUST, robust, "robust loss")
+    require(max_iterations >= 1, "max_iterations", ">= 1", max_iterations)
     rows = graph.poses if start is None else normalised(start)
+    found = _from(_Task(graph, fixed, method, robust, max_iterations), rows, initial)
+    down = np.flatnonzero((found.weight < FULL_WEIGHT) & (graph.weight > 0.0))
+    weighed = (WeighedDown(robust, down, found.weight[down]),) if len(down) else ()
+    return found.rows, found.report._replace(weighed_down=weighed)
+
+
+def _from(task: _Task, rows: Float[np.ndarray, "poses dims"], initial: str) -> _Optimum:
+    """Optimum from one kind of start, doubted where another one leads lower."""
+    if initial == "best":
+        return _best(task, rows)
+    found = _minimum(task, _start(task, rows, initial))
     if initial == "chordal":
-        rows = pose_rows(two_stage(graph, matrices(rows), fixed))
-    weight = np.ones(len(graph.tail))
-    if robust == "gnc":
-        rows, weight = _truncated(graph, rows, fixed)
-    searched = graph.with_weight(graph.weight * weight)
-    rows, report = _search(searched, rows, fixed, method, huber=robust == "huber")
-    if robust == "huber":
+        return _doubted(found, _cost(task, rows), "the given poses")
+    other = _tried(task, rows, "chordal")
+    return found if other is None else _doubted(found, other.cost, "a chordal start")
+
+
+def _best(task: _Task, rows: Float[np.ndarray, "poses dims"]) -> _Optimum:
+    """The lowest optimum; of equals the one from the given poses."""
+    found, chordal = _minimum(task, rows), _tried(task, rows, "chordal")
+    candidates = [found] if chordal is None else [found, chordal]
+    if chordal is None or not _same(found.cost, chordal.cost) or not found.report.converged:
+        candidates += [one for one in [_tried(task, rows, "odometry")] if one is not None]
+    lowest = min(one.cost for one in candidates)
+    alike = [one for one in candidates if _same(one.cost, lowest)]
+    return next((one for one in alike if one.report.converged), alike[0])
+
+
+def _start(
+    task: _Task, rows: Float[np.ndarray, "poses dims"], initial: str
+) -> Float[np.ndarray, "poses dims"]:
+    if initial == "odometry":
+        return first_guess(task.graph.with_poses(rows))
+    if initial == "chordal":
+        with named("chordal start", partial(name_of, task.graph)):
+            return pose_rows(two_stage(task.graph, matrices(rows), task.fixed))
+    return rows
+
+
+def _tried(task: _Task, rows: Float[np.ndarray, "poses dims"], initial: str) -> _Optimum | None:
+    """Optimum from a second start; none where there is no such start."""
+    try:
+        return _minimum(task, _start(task, rows, initial))
+    except (NumericalError, np.linalg.LinAlgError):
+        return None
+
+
+def _doubted(found: _Optimum, cost: float, where: str) -> _Optimum:
+    """The same optimum, called no optimum where the cost is lower elsewhere."""
+    if found.cost <= cost or _same(found.cost, cost):
+        return found
+    doubt = f"a worse local minimum: error {0.5 * found.cost:.6g}, from {where} {0.5 * cost:.6g}"
+    return found._replace(report=found.report._replace(converged=False, doubt=doubt))
+
+
+def _same(a: float, b: float) -> bool:
+    return abs(a - b) <= SAME_OPTIMUM * (min(abs(a), abs(b)) + SAME_OPTIMUM)
+
+
+def _minimum(task: _Task, rows: Float[np.ndarray, "poses dims"]) -> _Optimum:
+    """One search from ``rows`` under the loss, and whether it came to an end."""
+    graph, weight = task.graph, np.ones(len(task.graph.tail))
+    with named("search", partial(name_of, graph)):
+        if task.robust == "gnc":
+            rows, weight = _truncated(task, rows)
+        rows, report = _search(task._replace(graph=graph.with_weight(graph.weight * weight)), rows)
+    if task.robust == "huber":
         weight = _huber_weights(graph, rows)
-    down = np.flatnonzero((weight < FULL_WEIGHT) & (graph.weight > 0.0))
-    return rows, report._replace(weighed_down=(WeighedDown(robust, down, weight[down]),) if len(down) else ())
+    if not at_minimum(graph.with_weight(graph.weight * weight), rows, task.fixed):
+        doubt = f"a further step would gain, after {report.iterations} iterations"
+        report = report._replace(converged=False, doubt=doubt)
+    return _Optimum(rows, weight, _cost(task, rows), report)
+
+
+def _cost(task: _Task, rows: Float[np.ndarray, "poses dims"]) -> float:
+    """Twice what the loss makes of all residuals."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        chi2 = chi_squares(task.graph, rows)
+        doubted = ~task.graph.odometry
+        if task.robust == "gnc":
+            limit = float(chdtri(task.graph.freedom, 1.0 - GNC_CONFIDENCE))
+            chi2[doubted] = np.minimum(chi2[doubted], limit)
+        elif task.robust == "huber":
+            far = doubted & (chi2 > HUBER_KNEE**2)
+            chi2[far] = HUBER_KNEE * (2.0 * np.sqrt(chi2[far]) - HUBER_KNEE)
+        total = float(chi2.sum())
+    return total if np.isfinite(total) else np.inf
 
 
 @one_thread
+@harmless_underflow
 def marginal_covariances(
     graph: PoseGraph,
     estimate: Float[np.ndarray, "poses dims"],
@@ -102,16 +222,20 @@ def marginal_covariances(
         estimate: The optimum.
         rows: Poses asked for; all if left out.
         fixed: Poses that are known besides.
+
+    Raises:
+        NumericalError: Measurements differ too much in their information.
     """
-    factors, _ = _factors(graph, estimate, fixed, huber=False)
-    marginals = gtsam.Marginals(factors, _values(estimate))
-    order = np.argsort(_ORDER[graph.freedom])
-    wanted = range(len(graph.poses)) if rows is None else rows.tolist()
-    found = np.array([marginals.marginalCovariance(row) for row in wanted])
+    factors, _ = factors_of(graph, estimate, fixed, huber=False)
+    order = np.argsort(ORDER[graph.freedom])
+    wanted = list(range(len(graph.poses))) if rows is None else rows.tolist()
+    with named("marginal covariances", partial(name_of, graph)):
+        found = marginals(factors, values_of(estimate), wanted)
     return found.reshape(-1, graph.freedom, graph.freedom)[:, order][:, :, order]
 
 
 @one_thread
+@harmless_underflow
 def at_minimum(
     graph: PoseGraph,
     estimate: Float[np.ndarray, "poses dims"],
@@ -122,68 +246,47 @@ def at_minimum(
     Args:
         graph: Poses and measurements, under the weights that a robust loss ended with.
         estimate: Where the search ended.
-        fixed: Poses that are known.
+        fixed: Poses that are known besides.
     """
-    factors, _ = _factors(graph, estimate, fixed, huber=False)
-    values = _values(estimate)
-    here = factors.error(values)
-    if not np.isfinite(here):
-        return False
-    linear = factors.linearize(values)
-    try:
-        step = linear.optimize()
-    except RuntimeError:  # no digits are left for one more step, so nobody can tell
-        return False
-    return bool(here - linear.error(step) <= STATIONARY * (1.0 + here))
+    factors, _ = factors_of(graph, estimate, fixed, huber=False)
+    return at_bottom(factors, values_of(estimate))
 
 
 def _search(
-    graph: PoseGraph,
-    rows: Float[np.ndarray, "poses dims"],
-    fixed: Int[np.ndarray, " fixed"] | None,
-    method: str,
-    *,
-    huber: bool,
+    task: _Task, rows: Float[np.ndarray, "poses dims"]
 ) -> tuple[Float[np.ndarray, "poses dims"], Report]:
-    """One search from ``rows``."""
-    factors, used = _factors(graph, rows, fixed, huber=huber)
-    optimiser = _optimiser(factors, rows, method)
-    before = optimiser.error()
-    found = _rows(optimiser.optimize(), graph.freedom)
-    chi2 = (2.0 * before, 2.0 * optimiser.error())
-    return found, Report(optimiser.iterations(), *chi2, len(used), len(graph.tail) - len(used))
-
-
-def _optimiser(
-    factors: gtsam.NonlinearFactorGraph, rows: Float[np.ndarray, "poses dims"], method: str
-) -> gtsam.NonlinearOptimizer:
-    kind = {
-        "lm": (gtsam.LevenbergMarquardtParams, gtsam.LevenbergMarquardtOptimizer),
-        "gn": (gtsam.GaussNewtonParams, gtsam.GaussNewtonOptimizer),
-    }
-    params = kind[method][0]()
-    params.setRelativeErrorTol(TOLERANCE)
-    params.setAbsoluteErrorTol(TOLERANCE)
-    params.setMaxIterations(MAX_ITERATIONS)
-    return kind[method][1](factors, _values(rows), params)
+    """One search from ``rows``; again by QR where Cholesky's factors end above the bottom."""
+    graph, huber = task.graph, task.robust == "huber"
+    factors, used = factors_of(graph, rows, task.fixed, huber=huber)
+    params = parameters(task.method, tolerance=TOLERANCE, max_iterations=task.max_iterations)
+    found = searched(factors, values_of(rows), params, method=task.method)
+    if not huber and params.getLinearSolverType() != QR and not at_bottom(factors, found.values):
+        again = parameters(task.method, tolerance=TOLERANCE, max_iterations=task.max_iterations, solver=QR)
+        more = searched(factors, found.values, again, method=task.method)
+        found = more._replace(before=found.before, iterations=found.iterations + more.iterations)
+    chi2 = (2.0 * found.before, 2.0 * found.after)
+    counts = (len(used), len(graph.tail) - len(used))
+    return rows_of(found.values, graph.freedom), Report(found.iterations, *chi2, *counts)
 
 
 def _truncated(
-    graph: PoseGraph, rows: Float[np.ndarray, "poses dims"], fixed: Int[np.ndarray, " fixed"] | None
+    task: _Task, rows: Float[np.ndarray, "poses dims"]
 ) -> tuple[Float[np.ndarray, "poses dims"], Float[np.ndarray, " edges"]]:
     """Solution and weights of truncated squares; odometry and anchors keep their weight."""
-    factors, used = _factors(graph, rows, fixed, huber=False)
+    graph = task.graph
+    factors, used = factors_of(graph, rows, task.fixed, huber=False)
     n_anchors = factors.size() - len(used)
     trusted = [*range(n_anchors), *(n_anchors + np.flatnonzero(graph.odometry[used])).tolist()]
-    params = gtsam.GncLMParams()
-    params.setLossType(gtsam.GncLossType.TLS)
-    params.setKnownInliers(trusted)
-    optimiser = gtsam.GncLMOptimizer(factors, _values(rows), params)
-    optimiser.setInlierCostThresholdsAtProbability(GNC_CONFIDENCE)
-    found = _rows(optimiser.optimize(), graph.freedom)
+    values, left = truncated(
+        factors,
+        values_of(rows),
+        gtsam.LevenbergMarquardtParams(),
+        trusted=trusted,
+        confidence=GNC_CONFIDENCE,
+    )
     weight = np.ones(len(graph.tail))
-    weight[used] = np.clip(optimiser.getWeights()[n_anchors:], 0.0, 1.0)
-    return found, weight
+    weight[used] = np.clip(left[n_anchors:], 0.0, 1.0)
+    return rows_of(values, graph.freedom), weight
 
 
 def _huber_weights(graph: PoseGraph, rows: Float[np.ndarray, "poses dims"]) -> Float[np.ndarray, " edges"]:
@@ -191,69 +294,3 @@ def _huber_weights(graph: PoseGraph, rows: Float[np.ndarray, "poses dims"]) -> F
     distance = np.sqrt(chi_squares(graph, rows))
     weight = HUBER_KNEE / np.maximum(distance, HUBER_KNEE)
     return np.where(graph.odometry, 1.0, weight)
-
-
-def _factors(
-    graph: PoseGraph,
-    rows: Float[np.ndarray, "poses dims"],
-    fixed: Int[np.ndarray, " fixed"] | None,
-    *,
-    huber: bool,
-) -> tuple[gtsam.NonlinearFactorGraph, Int[np.ndarray, " used"]]:
-    """Anchors, then one factor for each measurement that counts, and which those are. Keys are rows."""
-    factors, order = gtsam.NonlinearFactorGraph(), _ORDER[graph.freedom]
-    prior, between = (
-        (gtsam.PriorFactorPose2, gtsam.BetweenFactorPose2)
-        if graph.freedom == 3
-        else (gtsam.PriorFactorPose3, gtsam.BetweenFactorPose3)
-    )
-    anchors = held(graph, fixed)
-    rigid = gtsam.noiseModel.Isotropic.Sigma(graph.freedom, ANCHOR_SIGMA)
-    for row, pose in zip(anchors.tolist(), _gtsam_poses(rows[anchors]), strict=True):
-        factors.add(prior(row, pose, rigid))
-    used = np.flatnonzero(graph.weight > 0.0)
-    information = (graph.weight[used, None, None] * graph.information[used])[:, order][:, :, order]
-    noise = _noise_models(information, huber & ~graph.odometry[used])
-    ends = zip(graph.tail[used].tolist(), graph.head[used].tolist(), strict=True)
-    for (i, j), z, model in zip(ends, _gtsam_poses(graph.z[used]), noise, strict=True):
-        factors.add(between(i, j, z, model))
-    return factors, used
-
-
-def _noise_models(
-    information: Float[np.ndarray, "used freedom freedom"], huber: np.ndarray
-) -> list[gtsam.noiseModel.Base]:
-    """One model for each matrix; equal ones share it."""
-    loss = gtsam.noiseModel.mEstimator.Huber.Create(HUBER_KNEE)
-    models: dict[tuple[bytes, bool], gtsam.noiseModel.Base] = {}
-    out = []
-    for matrix, robust in zip(information, huber.tolist(), strict=True):
-        key = (matrix.tobytes(), robust)
-        if key not in models:
-            plain = gtsam.noiseModel.Gaussian.Information(matrix)
-            models[key] = gtsam.noiseModel.Robust.Create(loss, plain) if robust else plain
-        out.append(models[key])
-    return out
-
-
-def _gtsam_poses(rows: Float[np.ndarray, "n dims"]) -> list[Any]:
-    if rows.shape[1] == 3:
-        return [gtsam.Pose2(*row) for row in rows.tolist()]
-    quaternions = rows[:, [6, 3, 4, 5]].tolist()
-    return [gtsam.Pose3(gtsam.Rot3.Quaternion(*q), p) for q, p in zip(quaternions, rows[:, :3], strict=True)]
-
-
-def _values(rows: Float[np.ndarray, "poses dims"]) -> gtsam.Values:
-    values = gtsam.Values()
-    for key, pose in enumerate(_gtsam_poses(rows)):
-        values.insert(key, pose)
-    return values
-
-
-def _rows(values: gtsam.Values, freedom: int) -> Float[np.ndarray, "poses dims"]:
-    """Pose rows of values whose keys are rows."""
-    if freedom == 3:
-        return normalised(gtsam.utilities.extractPose2(values))
-    table = gtsam.utilities.extractPose3(values)
-    R, t_m = table[:, :9].reshape(-1, 3, 3), table[:, 9:]
-    return np.concatenate([t_m, se3.quaternion(R)], axis=-1)

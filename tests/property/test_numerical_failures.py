@@ -1,0 +1,38 @@
+"""Episodes outlive what no solver has the digits for, and a user's own settings of numpy."""
+
+import numpy as np
+import pytest
+
+from envs.rendezvous_v0 import parallel_env
+from wifipgo.graph.outliers import likelihood, range_aware_weights
+
+
+@pytest.mark.parametrize("estimator", ["at_rendezvous", "every_step"])
+def test_bearings_of_robots_that_stand_together(estimator: str) -> None:
+    """Noise of 2 m puts estimates on one place, where gtsam's bearings have no digits left."""
+    for seed in range(2):
+        env = parallel_env(
+            "paper-hw-2",
+            n_robots=3,
+            n_slots=2,
+            size_m=6.0,
+            kappa=2,
+            n_steps=12,
+            sigma_t_m=2.0,
+            outliers="bearing",
+            third_party="ignore",
+            estimator=estimator,
+        )
+        env.reset(seed=seed)
+        rng = np.random.default_rng(seed)
+        while env.agents:
+            env.step({agent: np.array([*rng.uniform(-0.3, 0.3, 2), 1.0]) for agent in env.agents})
+            assert np.isfinite(env.tick.belief.estimate).all()
+            assert np.isfinite(env.tick.belief.covariance).all()
+
+
+def test_underflow_stays_harmless() -> None:
+    with np.errstate(all="raise"):
+        assert likelihood(np.array([3.0]), sigma_rad=0.01)[0] == 0.0
+        z, far = np.array([[5.0, 0.0, 0.0]]), np.array([3.0])
+        assert range_aware_weights(z, np.array([1e-3]), far, sigma_rad=0.01)[0] == 0.0
