@@ -41,10 +41,12 @@ class EvaluateConfig:
         policies: Policies, separated by commas; parameters follow a colon: active:err_threshold=0.5.
         trials: Worlds that every policy meets.
         seed: Root of the seeds of all trials.
+        trials_from: Number of the first trial: job k of an array plays --trials 10 --trials-from 10k, and
+            python -m baselines.merge joins the results to those of one run.
         overrides: Other values for fields of the scenario: --set n_obstacles=4 size_m=30.
         out: Folder of the results. It appears when all is done; until then see OUT.partial.
         overwrite: Replace results that are there, once the new ones are complete.
-        resume: Continue an interrupted run with the same settings.
+        resume: Continue an interrupted run with the same settings; more trials are played besides.
         jobs: Episodes at once; 0: as many as there are cores. Results do not depend on it.
         executor: Where episodes run: process, serial (in this process) or ray. Results do not depend on it.
         ray_address: Ray cluster to join, e.g. auto; without one, ray starts one of its own on the loopback,
@@ -57,6 +59,7 @@ class EvaluateConfig:
     policies: str = "active,random"
     trials: int = 20
     seed: int = 0
+    trials_from: int = 0
     overrides: Overrides = ()
     out: Path = Path("results/evaluate")
     overwrite: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
@@ -80,12 +83,14 @@ def plan_of(config: EvaluateConfig) -> Plan:
         policies=split_list(config.policies, POLICIES),
         trials=config.trials,
         seed=config.seed,
+        trials_from=config.trials_from,
     )
 
 
 def command_of(config: EvaluateConfig) -> str:
     """Command line that runs a configuration again."""
     options = {"policies": config.policies, "trials": config.trials, "seed": config.seed}
+    options |= {"trials-from": config.trials_from} if config.trials_from else {}
     words = [word for key, value in options.items() for word in (f"--{key}", str(value))]
     changes = ["--set", *config.overrides] if config.overrides else []
     command = ["python", "-m", "baselines.evaluate", *_origin(config), *words, *changes]
@@ -119,6 +124,7 @@ def parsed(args: Sequence[str] | None = None) -> EvaluateConfig:
         policies=",".join(saved["policies"]),
         trials=saved["trials"],
         seed=saved["seed"],
+        trials_from=saved.get("trials_from", 0),
     )
     return _cli(args, default)
 

@@ -31,22 +31,25 @@ class Plan:
         policies: Specs, in the order of tables and pictures.
         trials: Worlds that every policy meets.
         seed: Root of the seeds of all trials.
+        trials_from: Number of the first trial: the others of a job array belong to other jobs.
     """
 
     scenario: Scenario
     policies: tuple[str, ...]
     trials: int
     seed: int
+    trials_from: int = 0
 
     def __post_init__(self) -> None:
         """Refuse, before anything runs, what could not run."""
         require(self.trials >= 1, "trials", ">= 1", self.trials)
         require(self.seed >= 0, "seed", ">= 0", self.seed)
+        require(self.trials_from >= 0, "trials-from", ">= 0", self.trials_from)
         require(bool(self.policies), "policies", "one or more, separated by commas", self.policies)
         require(len(set(self.policies)) == len(self.policies), "policies", "all different", self.policies)
         for policy in self.policies:
             make_policy(policy, self.scenario)
-        parallel_env(scenario=self.scenario).reset(seed=trial_seed(self.seed, 0))
+        parallel_env(scenario=self.scenario).reset(seed=trial_seed(self.seed, self.trials_from))
 
     @property
     def title(self) -> str:
@@ -58,6 +61,11 @@ class Plan:
             f"{n.split('.')[-1]}={now}" for n, _, now in differences(asdict(named), asdict(self.scenario))
         ]
         return f"{self.scenario.name} ({', '.join(changed[:3])}{', ...' if len(changed) > 3 else ''})"
+
+    @property
+    def numbers(self) -> range:
+        """Numbers of the trials."""
+        return range(self.trials_from, self.trials_from + self.trials)
 
     @property
     def trials_in_words(self) -> str:

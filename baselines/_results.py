@@ -81,7 +81,8 @@ def _same(partial: Path, record: Mapping[str, Any]) -> None:
     """Refuse to mix two evaluations."""
     saved = partial / "config.json"
     if saved.exists():
-        refuse_other(saved, record, "to continue an evaluation, its settings must stay")
+        fewer = {"trials": min(read_record(saved)["trials"], record["trials"])}  # more trials are new files
+        refuse_other(saved, {**record, **fewer}, "to continue an evaluation, its settings must stay")
 
 
 def refuse_other(saved: Path, record: Mapping[str, Any], rule: str) -> None:

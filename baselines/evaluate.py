@@ -102,7 +102,7 @@ def _tasks(plan: Plan, partial: Path) -> list[Task]:
     """Every episode, trial by trial."""
     return [
         Task(plan.scenario, policy, trial, seed, _results.episode_path(partial, place, trial))
-        for trial, seed in enumerate(trial_seed(plan.seed, k) for k in range(plan.trials))
+        for trial, seed in ((k, trial_seed(plan.seed, k)) for k in plan.numbers)
         for place, policy in enumerate(plan.policies)
     ]
 

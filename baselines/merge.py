@@ -1,0 +1,144 @@
+"""Join parts of an evaluation, e.g. of a job array: ``python -m baselines.merge OUT IN...``."""
+
+import shlex
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import pandas as pd
+import tyro
+from rich.console import Console
+
+from baselines import _results
+from baselines._plan import Plan, differences, read_record
+from baselines._report import report
+from baselines._statistics import Summary, summarise
+from wifipgo import results_folder
+from wifipgo.command_line import exit_code
+from wifipgo.errors import BadInputError, require
+from wifipgo.folder_lock import held
+from wifipgo.scenarios import scenario_from
+from wifipgo.terminal import Terminal
+from wifipgo.whole_files import write_json
+
+# What may differ between the parts of one evaluation.
+_OF_A_PART = ("command", "trials", "trials_from")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MergeConfig:
+    """Join evaluations of the same settings, code and seed that played different trials.
+
+    The tables are those that one run of all trials writes, to the byte; pictures are not drawn.
+
+    Example: python -m baselines.merge results/all results/job-*
+
+    Attributes:
+        out: Folder of the joined results, new or empty.
+        parts: Folders that baselines.evaluate wrote, in any order; their trials follow each other.
+    """
+
+    out: Annotated[Path, tyro.conf.Positional]
+    parts: Annotated[tuple[Path, ...], tyro.conf.Positional]
+
+
+class _Part(NamedTuple):
+    """Results of some trials."""
+
+    folder: Path
+    record: dict[str, Any]
+
+    @property
+    def first(self) -> int:
+        return int(self.record.get("trials_from", 0))
+
+    @property
+    def end(self) -> int:
+        return self.first + int(self.record["trials"])
+
+
+def merge(config: MergeConfig, *, console: Console | None = None) -> Summary:
+    """Join the tables of parts and summarise them.
+
+    Raises:
+        BadInputError: A folder that is no evaluation, settings that differ, a trial twice or missing.
+        OSError: A folder that cannot be written.
+    """
+    parts = sorted(map(_part, config.parts), key=lambda part: part.first)
+    _check(parts)
+    plan, out = _plan(parts), config.out.resolve()
+    with held(out):
+        require(not out.exists() or not any(out.iterdir()), "out", "new or empty", str(out))
+        summary = _write(plan, parts, out)
+    report(summary, plan, out=str(config.out), console=console or Console(quiet=True))
+    return summary
+
+
+def _part(folder: Path) -> _Part:
+    require(_results.is_complete(folder), "in", "a folder of finished results of an evaluation", str(folder))
+    return _Part(folder, read_record(folder / "config.json"))
+
+
+def _check(parts: Sequence[_Part]) -> None:
+    """Refuse parts of different evaluations, and trials that are there twice or not at all."""
+    require(len(parts) > 0, "in", "one folder or more", [])
+    for before, part in pairwise(parts):
+        theirs, ours = ({k: v for k, v in p.record.items() if k not in _OF_A_PART} for p in (before, part))
+        for name, old, new in differences(theirs, ours):
+            told = f"{old!r} in {before.folder}, {new!r} in {part.folder}"
+            raise BadInputError(f"parts must be of the same settings and code, got {name} {told}")
+        where = f"{before.folder} ends before trial {before.end}, {part.folder} begins with {part.first}"
+        require(part.first >= before.end, "trials", "in one part only", where)
+        require(part.first == before.end, "trials", "without a gap", where)
+
+
+def _plan(parts: Sequence[_Part]) -> Plan:
+    """All trials of all parts."""
+    record = parts[0].record
+    return Plan(
+        scenario=scenario_from(record["scenario"], str(parts[0].folder / "config.json")),
+        policies=tuple(record["policies"]),
+        trials=parts[-1].end - parts[0].first,
+        seed=record["seed"],
+        trials_from=parts[0].first,
+    )
+
+
+def _write(plan: Plan, parts: Sequence[_Part], out: Path) -> Summary:
+    """Tables in the order of a single run: policies as given, trials, iterations, robots."""
+    partial = _results.partial_of(out)
+    results_folder.begin(partial, _results.KIND)
+    results_folder.note(partial, ["results/"])
+    staging = _results.clean_staging(partial)
+    episodes = _joined(parts, "episodes.parquet", plan)
+    episodes.to_parquet(staging / "episodes.parquet", index=False)
+    _joined(parts, "steps.parquet", plan).to_parquet(staging / "steps.parquet", index=False)
+    summary = summarise(episodes, plan)
+    write_json(staging / "summary.json", asdict(summary))
+    command = shlex.join(["python", "-m", "baselines.merge", str(out), *(str(p.folder) for p in parts)])
+    write_json(staging / "config.json", parts[0].record | {"trials": plan.trials, "command": command})
+    results_folder.publish(staging, out, _results.KIND)
+    results_folder.remove(partial, _results.KIND)
+    return summary
+
+
+def _joined(parts: Sequence[_Part], name: str, plan: Plan) -> pd.DataFrame:
+    """One table of all parts."""
+    whole = pd.concat([pd.read_parquet(part.folder / name) for part in parts], ignore_index=True)
+    return pd.concat([whole[whole["policy"] == policy] for policy in plan.policies], ignore_index=True)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run from the command line; the exit code is that of `wifipgo.command_line`."""
+
+    def job() -> None:
+        merge(tyro.cli(MergeConfig, prog="python -m baselines.merge", args=args), console=Terminal())
+
+    return exit_code(job)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
