@@ -42,6 +42,10 @@ def _in_front(
     own = np.flatnonzero(rays.face >= first)
     face = rays.face.ravel().take(own) - first
     front[1:-1, face, own % max(1, len(rays.link))] = True  # a ray stays in front of what it bounces off
+    if surfaces.coplanar is not None:  # and on its side of all that touches it in the same plane
+        for at, bounced in zip(front[1:-1], rays.face, strict=True):
+            ray, other, alike = surfaces.coplanar.beside(bounced)
+            at[other, ray] = alike
     return front
 
 

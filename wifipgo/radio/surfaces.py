@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from wifipgo.errors import require
+from wifipgo.radio.coplanar import Coplanar, coplanar_faces
 from wifipgo.radio.materials import THICKNESS_LIMITS_M, Slab, is_permittivity
 from wifipgo.radio.outline import Outline, facing_inwards, is_convex, outline_of
 from wifipgo.radio.visibility import FacePairs, face_pairs
@@ -41,6 +42,7 @@ class Surfaces:
         to_height: Rows that take ``(x, y, 1)`` to the height over each face, m (derived).
         length_m: Length of each face, m (derived).
         outline: Corners and winding of the faces that are not outer walls (derived).
+        coplanar: Faces that touch in one plane, as those of obstacles that touch; None without (derived).
     """
 
     ends_m: Float[np.ndarray, "faces 2 2"]
@@ -52,6 +54,7 @@ class Surfaces:
     to_height: Float[np.ndarray, "lines 3"] = field(init=False, repr=False)
     length_m: Float[np.ndarray, " lines"] = field(init=False, repr=False)
     outline: Outline = field(init=False, repr=False)
+    coplanar: Coplanar | None = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Refuse faces without length and rooms that are not convex; work out the derived arrays."""
@@ -79,6 +82,7 @@ class Surfaces:
         put(self, "to_height", _affine(normal, base_m, at_sight=1.0))
         put(self, "length_m", np.concatenate([[np.inf], length_m]))
         put(self, "outline", outline_of(self.ends_m[self.n_walls :]))
+        put(self, "coplanar", coplanar_faces(self.ends_m, self.normal.T[1:], self.n_walls))
 
     @property
     def pairs(self) -> FacePairs:
