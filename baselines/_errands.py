@@ -10,7 +10,7 @@ import traceback
 from collections.abc import Callable
 from typing import Any
 
-from baselines._plan import code_digest
+from baselines.evaluation.plan import code_digest
 from wifipgo.errors import BadInputError
 
 

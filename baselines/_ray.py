@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from ipaddress import ip_address
 from typing import Any
 
+from baselines.evaluation.worker_process import THREADS
 from wifipgo.errors import BadInputError, MissingExtraError
-from wifipgo.processes import THREADS
 
 _PATIENCE_S = 10.0
 _SETTINGS = {"log_to_driver": False, "logging_level": "error"}

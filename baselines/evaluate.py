@@ -9,14 +9,14 @@ import pandas as pd
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from baselines import _results
-from baselines._config import EvaluateConfig, command_of, parsed, plan_of
-from baselines._episodes import Episode, run_episode, trial_seed
-from baselines._executors import Executor
-from baselines._plan import Plan
-from baselines._report import announce, report
-from baselines._statistics import Estimate, Paired, Summary, summarise
-from baselines._workers import EpisodesFailedError, Task, missing, run_all
+from baselines.evaluation import results_folder
+from baselines.evaluation.config import EvaluateConfig, command_of, parsed, plan_of
+from baselines.evaluation.console_report import announce, report
+from baselines.evaluation.episodes import Episode, run_episode, trial_seed
+from baselines.evaluation.executors import Executor
+from baselines.evaluation.jobs import EpisodesFailedError, Task, missing, run_all
+from baselines.evaluation.plan import Plan
+from baselines.evaluation.statistics import Estimate, Paired, Summary, summarise
 from wifipgo import results_folder
 from wifipgo.command_line import exit_code
 from wifipgo.folder_lock import held
@@ -59,7 +59,9 @@ def evaluate(config: EvaluateConfig, *, console: Console | None = None) -> Summa
         summary = _finished(plan, out, record) if config.resume else None
         if summary is None:
             names = [task.path.name for task in _tasks(plan, out)]
-            partial = _results.claim(out, record, names, overwrite=config.overwrite, resume=config.resume)
+            partial = results_folder.claim(
+                out, record, names, overwrite=config.overwrite, resume=config.resume
+            )
             _run_missing(plan, partial, executor=executor, console=console)
             summary = _publish(plan, partial, out, record)
     report(summary, plan, out=str(config.out), console=console)
@@ -72,12 +74,12 @@ def _finished(plan: Plan, out: Path, record: Mapping[str, Any]) -> Summary | Non
     Raises:
         BadInputError: They are of other settings.
     """
-    partial = _results.partial_of(out)
-    if not _results.is_complete(out) or (partial / "config.json").exists():
+    partial = results_folder.partial_of(out)
+    if not results_folder.is_complete(out) or (partial / "config.json").exists():
         return None
-    _results.refuse_other(out / "config.json", record, "the results there are of other settings")
-    if results_folder.is_of(partial, _results.KIND):
-        results_folder.remove(partial, _results.KIND)
+    results_folder.refuse_other(out / "config.json", record, "the results there are of other settings")
+    if results_folder.is_of(partial, results_folder.KIND):
+        results_folder.remove(partial, results_folder.KIND)
     return summarise(pd.read_parquet(out / "episodes.parquet"), plan)
 
 
@@ -101,7 +103,7 @@ def _run_missing(plan: Plan, partial: Path, *, executor: Executor, console: Cons
 def _tasks(plan: Plan, partial: Path) -> list[Task]:
     """Every episode, trial by trial."""
     return [
-        Task(plan.scenario, policy, trial, seed, _results.episode_path(partial, place, trial))
+        Task(plan.scenario, policy, trial, seed, results_folder.episode_path(partial, place, trial))
         for trial, seed in ((k, trial_seed(plan.seed, k)) for k in plan.numbers)
         for place, policy in enumerate(plan.policies)
     ]
@@ -110,21 +112,21 @@ def _tasks(plan: Plan, partial: Path) -> list[Task]:
 def _publish(plan: Plan, partial: Path, out: Path, record: Mapping[str, Any]) -> Summary:
     """Write tables beside the episodes, rename them to ``out``, then draw the pictures."""
     episodes = [Episode.load(task.path) for task in sorted(_tasks(plan, partial), key=lambda t: t.path)]
-    summary = summarise(_results.episodes_frame(episodes), plan)
-    staging = _results.clean_staging(partial)
-    _results.write_tables(staging, episodes, summary, record)
-    results_folder.publish(staging, out, _results.KIND, later=_results.PICTURES)
+    summary = summarise(results_folder.episodes_frame(episodes), plan)
+    staging = results_folder.clean_staging(partial)
+    results_folder.write_tables(staging, episodes, summary, record)
+    results_folder.publish(staging, out, results_folder.KIND, later=results_folder.PICTURES)
     _draw(out, plan, episodes)
-    results_folder.remove(partial, _results.KIND)
+    results_folder.remove(partial, results_folder.KIND)
     return summary
 
 
 def _draw(out: Path, plan: Plan, episodes: Sequence[Episode]) -> None:
     """Draw the pictures; one that cannot be drawn is a warning."""
     from wifipgo.figures import drawing  # noqa: PLC0415, I001 (matplotlib loads slowly, and only here)
-    from baselines import _pictures  # noqa: PLC0415
+    from baselines.evaluation import plots
 
-    for path, draw in (("err.png", _pictures.draw_err), ("arena.png", _pictures.draw_arena)):
+    for path, draw in (("err.png", plots.draw_err), ("arena.png", plots.draw_arena)):
         with drawing(out / path):
             draw(out / path, plan, episodes)
 

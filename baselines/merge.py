@@ -12,17 +12,17 @@ import pandas as pd
 import tyro
 from rich.console import Console
 
-from baselines import _results
-from baselines._plan import Plan, differences, read_record
-from baselines._report import report
-from baselines._statistics import Summary, summarise
+from baselines.evaluation import results_folder
+from baselines.evaluation.console_report import report
+from baselines.evaluation.plan import Plan, differences, read_record
+from baselines.evaluation.statistics import Summary, summarise
 from wifipgo import results_folder
+from wifipgo.atomic_files import write_json
 from wifipgo.command_line import exit_code
 from wifipgo.errors import BadInputError, require
 from wifipgo.folder_lock import held
 from wifipgo.scenarios import scenario_from
 from wifipgo.terminal import Terminal
-from wifipgo.whole_files import write_json
 
 # What may differ between the parts of one evaluation.
 _OF_A_PART = ("command", "trials", "trials_from")
@@ -78,7 +78,9 @@ def merge(config: MergeConfig, *, console: Console | None = None) -> Summary:
 
 
 def _part(folder: Path) -> _Part:
-    require(_results.is_complete(folder), "in", "a folder of finished results of an evaluation", str(folder))
+    require(
+        results_folder.is_complete(folder), "in", "a folder of finished results of an evaluation", str(folder)
+    )
     return _Part(folder, read_record(folder / "config.json"))
 
 
@@ -109,10 +111,10 @@ def _plan(parts: Sequence[_Part]) -> Plan:
 
 def _write(plan: Plan, parts: Sequence[_Part], out: Path) -> Summary:
     """Tables in the order of a single run: policies as given, trials, iterations, robots."""
-    partial = _results.partial_of(out)
-    results_folder.begin(partial, _results.KIND)
+    partial = results_folder.partial_of(out)
+    results_folder.begin(partial, results_folder.KIND)
     results_folder.note(partial, ["results/"])
-    staging = _results.clean_staging(partial)
+    staging = results_folder.clean_staging(partial)
     episodes = _joined(parts, "episodes.parquet", plan)
     episodes.to_parquet(staging / "episodes.parquet", index=False)
     _joined(parts, "steps.parquet", plan).to_parquet(staging / "steps.parquet", index=False)
@@ -120,8 +122,8 @@ def _write(plan: Plan, parts: Sequence[_Part], out: Path) -> Summary:
     write_json(staging / "summary.json", asdict(summary))
     command = shlex.join(["python", "-m", "baselines.merge", str(out), *(str(p.folder) for p in parts)])
     write_json(staging / "config.json", parts[0].record | {"trials": plan.trials, "command": command})
-    results_folder.publish(staging, out, _results.KIND)
-    results_folder.remove(partial, _results.KIND)
+    results_folder.publish(staging, out, results_folder.KIND)
+    results_folder.remove(partial, results_folder.KIND)
     return summary
 
 

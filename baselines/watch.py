@@ -9,16 +9,16 @@ import tyro
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from baselines._episodes import Episode, OnTick, run_episode
-from baselines._films import film
-from baselines._watching import WatchConfig, checked
-from envs._render_config import RenderConfig
+from baselines.evaluation.episodes import Episode, OnTick, run_episode
+from baselines.film.config import WatchConfig, checked
+from baselines.film.video import film
+from envs.render.config import RenderConfig
+from wifipgo.atomic_files import appearing
 from wifipgo.command_line import exit_code
 from wifipgo.overrides import joined
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
 from wifipgo.terminal import Terminal, say
-from wifipgo.whole_files import appearing
 
 __all__ = ["WatchConfig", "main", "watch"]
 
@@ -65,7 +65,7 @@ def _eyes(config: WatchConfig, scenario: Scenario) -> Iterator[AbstractContextMa
 @contextmanager
 def _camera(path: Path, config: WatchConfig, scenario: Scenario) -> Iterator[OnTick]:
     """Draw ticks into the film."""
-    from envs._render import Viewer  # noqa: PLC0415 (belongs to an extra)
+    from envs.render.viewer import Viewer  # noqa: PLC0415 (belongs to an extra)
 
     viewer = Viewer(RenderConfig(height_px=config.height_px, caption=config.caption))
     with film(path, fps=config.fps) as add:
@@ -75,7 +75,7 @@ def _camera(path: Path, config: WatchConfig, scenario: Scenario) -> Iterator[OnT
 @contextmanager
 def _recorder(path: Path, config: WatchConfig, scenario: Scenario) -> Iterator[OnTick]:
     """Write ticks into the recording."""
-    from baselines._timeline import Timeline  # noqa: PLC0415 (belongs to an extra)
+    from baselines.film.rerun_log import Timeline  # noqa: PLC0415 (belongs to an extra)
 
     with appearing(path, by_suffix=True) as partial:
         timeline = Timeline(partial, scenario, name=f"{scenario.name}: {config.caption}")

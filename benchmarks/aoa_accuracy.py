@@ -31,11 +31,13 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from wifipgo.radio import aoa, csi, theory
-from wifipgo.radio.materials import Slab
-from wifipgo.radio.paths import Paths, surfaces_of, trace_paths
+from wifipgo.atomic_files import write_json
+from wifipgo.radio import aoa
+from wifipgo.radio.aoa import cramer_rao
+from wifipgo.radio.channel import csi
+from wifipgo.radio.propagation.materials import Slab
+from wifipgo.radio.propagation.paths import Paths, surfaces_of, trace_paths
 from wifipgo.se2 import wrap_angle
-from wifipgo.whole_files import write_json
 
 RADIO, TURN = csi.RadioConfig(), aoa.AoaConfig()
 ESTIMATORS = ("ratio", "product", "music")
@@ -172,7 +174,7 @@ def against_bound(trials: int) -> list[Row]:
     pair = aoa.turning_pair(
         aoa.turn_headings(TURN), antenna_gap_m=TURN.antenna_gap_m, wavelength_m=RADIO.wavelength_m
     )
-    unit = theory.azimuth_bound_rad2(pair, paths.azimuth_rx_rad[:, 0], phase_variance_rad2=1.0).mean()
+    unit = cramer_rao.azimuth_bound_rad2(pair, paths.azimuth_rx_rad[:, 0], phase_variance_rad2=1.0).mean()
     rows = []
     for snr_db in track(SNRS_DB, "bound"):
         snr, n_subcarriers = 10.0 ** (snr_db / 10.0), len(csi.REPORTED_SUBCARRIERS)
@@ -181,7 +183,7 @@ def against_bound(trials: int) -> list[Row]:
                 np.rad2deg(
                     np.sqrt(
                         unit
-                        * theory.phase_variance_rad2(snr, n_subcarriers=n_subcarriers, random_amplitude=r)
+                        * cramer_rao.phase_variance_rad2(snr, n_subcarriers=n_subcarriers, random_amplitude=r)
                     )
                 )
             )

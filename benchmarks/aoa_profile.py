@@ -21,9 +21,10 @@ from jaxtyping import Complex, Float
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from wifipgo.radio import aoa, csi
+from wifipgo.atomic_files import write_json
+from wifipgo.radio import aoa
+from wifipgo.radio.channel import csi
 from wifipgo.radio.confidence import confidence
-from wifipgo.whole_files import write_json
 
 RADIO, TURN = csi.RadioConfig(), aoa.AoaConfig()
 AZIMUTH_RAD = np.deg2rad([60.0, -100.0, 165.0])

@@ -5,7 +5,7 @@ the links are blocked by a box of wood, chipboard, plasterboard, brick, concrete
 (`benchmarks.simulated_rooms`). Compared are three profiles (two-way product, its root, the
 geometric mean of both) and confidences of the mean's top peak: mean |error| beyond sight after
 the least confident tenth of all links is left out, and the area under the curve of error against
-rejection. Nothing here has seen a recording; `wifipgo.radio.expected_error` is what came out.
+rejection. Nothing here has seen a recording; `wifipgo.radio.aoa.confidence` is what came out.
 """
 
 import os
@@ -25,10 +25,10 @@ from rich.progress import track
 from rich.table import Table
 
 from benchmarks.simulated_rooms import WAVELENGTH_M, draw_link, two_way_product
+from wifipgo.atomic_files import write_json
 from wifipgo.errors import require
 from wifipgo.radio.aoa import azimuth_grid, find_peaks
-from wifipgo.radio.aperture import aperture_profiles
-from wifipgo.whole_files import write_json
+from wifipgo.radio.aoa.moving_aperture import aperture_profiles
 
 POWERS = (1, 2, 4, 6, 8, 12, 16)
 DRAWN = {"share of power": "#2a9d6f", "side lobe": "#6b7280", "expected error, power 6": "#1f6fb4"}

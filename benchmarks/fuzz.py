@@ -21,11 +21,11 @@ from baselines.policies import make_policy
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
 from wifipgo.graph import ERR_WEIGHTS, GUARDS, THIRD_PARTY
 from wifipgo.radio.aoa import ESTIMATORS as AOA_ESTIMATORS
-from wifipgo.radio.bands import BANDS
-from wifipgo.radio.materials import MATERIALS
+from wifipgo.radio.channel.bands import BANDS
+from wifipgo.radio.propagation.materials import MATERIALS
 from wifipgo.rendezvous import BACKENDS, ESTIMATORS
-from wifipgo.scenario_fields import field_rows
 from wifipgo.scenarios import SCENARIOS, Scenario, field_kinds
+from wifipgo.scenarios.field_table import field_rows
 
 LONGEST_S = 20.0  # of processor time, for a step or a reset
 # Names that a field of words may have, and the ends of numbers whose larger values cost time.

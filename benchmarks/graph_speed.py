@@ -27,8 +27,8 @@ from rich.progress import track
 from rich.table import Table
 
 from wifipgo import se2
+from wifipgo.atomic_files import write_json
 from wifipgo.graph import Edges, end_covariances, select, solve
-from wifipgo.whole_files import write_json
 
 SIGMA, RANGE_M, STEP_M, N_NEW = (0.1, np.deg2rad(3.0)), 2.2, 2.0, 10
 PAIRS = (10, 25, 50)  # poses of each robot

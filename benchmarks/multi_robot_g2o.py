@@ -25,14 +25,14 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from wifipgo.atomic_files import write_json
 from wifipgo.graph.chordal import chordal_cost, chordal_optimum, links, matrices, pose_rows, two_stage
 from wifipgo.graph.distributed import DistributedConfig, solve_distributed
-from wifipgo.graph.files import read_g2o, symbols
-from wifipgo.graph.keyed import PoseGraph
-from wifipgo.graph.parts import anchors, components
+from wifipgo.graph.files.g2o import read_g2o, symbols
+from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers.spatial import solve_graph
-from wifipgo.whole_files import write_json
+from wifipgo.graph.subgraphs import anchors, components
 
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
 DATA = Path(os.environ.get("WIFIPGO_DATA", BESIDE)) / "g2o"

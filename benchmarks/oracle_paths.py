@@ -22,8 +22,8 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from wifipgo.radio.reference_paths import Agreement, Reference, compare, joined, read_references, traced
-from wifipgo.whole_files import write_json
+from benchmarks.reference_paths import Agreement, Reference, compare, joined, read_references, traced
+from wifipgo.atomic_files import write_json
 
 # What is asked of the largest deviation; the reference's own float32 allows 0.1 deg at the
 # transmitter. Phase: of 95 % of the paths.

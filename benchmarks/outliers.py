@@ -2,7 +2,7 @@
 
 Run: ``python benchmarks/outliers.py [--full] [--trials N] [--jobs N] [--seed S] [--out DIR] [--resume]``.
 A cell is a range, a quality of odometry, a kind and number of outliers among 9 relative poses, and whether
-starts are known (`wifipgo.graph.encounters`). Every method solves the same encounters, so
+starts are known (`baselines.reproduce.encounters`). Every method solves the same encounters, so
 comparisons are paired. The reduction is that of Eq. 12 + Eq. 13 against no method at all, which knows
 the true covariances; intervals are of 95 %. Bearings are 3 degrees and 7.5 % gross; rows marked *wrong
 bearings* solve the same encounters with all bearings of a robot off by one angle of 20 to 180 degrees.
@@ -39,11 +39,11 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from baselines.reproduce.encounter_grid import ODOMETRY, encounter, encounter_grid, error_under
+from baselines.reproduce.encounters import Encounter, EncounterConfig
+from wifipgo.atomic_files import appearing, write_json
 from wifipgo.command_line import exit_code
 from wifipgo.errors import require
-from wifipgo.graph.encounter_grid import ODOMETRY, encounter, encounter_grid, error_under
-from wifipgo.graph.encounters import Encounter, EncounterConfig
-from wifipgo.whole_files import appearing, write_json
 
 METHODS = ("none", "paper", "range_aware", "pcm", "huber", "gnc", "bearing")
 LABELS = {

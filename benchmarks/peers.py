@@ -34,7 +34,7 @@ from baselines.policies import make_policy
 from benchmarks._naive_env import NaiveEnv
 from benchmarks.speed import physics_and_lidar
 from envs.rendezvous_v0 import parallel_env
-from wifipgo.whole_files import write_json
+from wifipgo.atomic_files import write_json
 
 _WINDOWS = 3
 _N_ACTIONS = 64

@@ -26,10 +26,11 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from wifipgo.radio import aoa, csi
-from wifipgo.radio.materials import Slab
-from wifipgo.radio.paths import Paths, Surfaces, surfaces_of, trace_paths
-from wifipgo.whole_files import write_json
+from wifipgo.atomic_files import write_json
+from wifipgo.radio import aoa
+from wifipgo.radio.channel import csi
+from wifipgo.radio.propagation.materials import Slab
+from wifipgo.radio.propagation.paths import Paths, Surfaces, surfaces_of, trace_paths
 
 RADIO, TURN = csi.RadioConfig(), aoa.AoaConfig()
 GAP = {"antenna_gap_m": TURN.antenna_gap_m, "wavelength_m": RADIO.wavelength_m}

@@ -27,10 +27,10 @@ from rich.progress import track
 from rich.table import Table
 from scipy.stats import bootstrap
 
-from wifipgo.radio.expected_error import confidences, least_confident
+from wifipgo.atomic_files import write_json
+from wifipgo.radio.aoa.confidence import confidences, least_confident
 from wifipgo.radio.recordings import bearing
-from wifipgo.radio.wsr import Link, read_links
-from wifipgo.whole_files import write_json
+from wifipgo.radio.recordings.wsr_dataset import Link, read_links
 
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
 DATA = Path(os.environ.get("WIFIPGO_DATA", BESIDE)) / "wsr"

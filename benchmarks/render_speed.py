@@ -25,11 +25,11 @@ from rich.progress import track
 from rich.table import Table
 
 from baselines.evaluate import run_episode
-from envs._render import Viewer
-from envs._render_config import RenderConfig
+from envs.render.config import RenderConfig
+from envs.render.viewer import Viewer
+from wifipgo.atomic_files import write_json
 from wifipgo.scenarios import SCENARIOS
 from wifipgo.state import Tick, World
-from wifipgo.whole_files import write_json
 
 TARGET_FPS = {"paper-sim-50": 200.0}
 _SCENARIOS = ("paper-hw-2", "paper-hw-2-obstacles", "paper-sim-50")

@@ -1,6 +1,6 @@
 """Two-way recordings of a moving receiver in random rooms, with known truth.
 
-Paths come from `wifipgo.radio.paths`, each with a bounce off floor and ceiling, and are traced
+Paths come from `wifipgo.radio.propagation.paths`, each with a bounce off floor and ceiling, and are traced
 anew at every position of the aperture; point scatterers stand for all that has no flat face.
 Forward and reverse channel get symbol timing, noise and 8-bit rounding of their own.
 """
@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wifipgo.radio.csi import REPORTED_SUBCARRIERS, SUBCARRIER_SPACING_HZ
-from wifipgo.radio.materials import SPEED_OF_LIGHT_M_S, Slab
-from wifipgo.radio.paths import Paths, surfaces_of, trace_paths
-from wifipgo.radio.surfaces import Surfaces
+from wifipgo.radio.channel.csi import REPORTED_SUBCARRIERS, SUBCARRIER_SPACING_HZ
+from wifipgo.radio.propagation.materials import SPEED_OF_LIGHT_M_S, Slab
+from wifipgo.radio.propagation.paths import Paths, surfaces_of, trace_paths
+from wifipgo.radio.propagation.surfaces import Surfaces
 
 CARRIER_HZ = 5.54e9
 WAVELENGTH_M = SPEED_OF_LIGHT_M_S / CARRIER_HZ

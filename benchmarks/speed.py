@@ -29,10 +29,10 @@ from rich.table import Table
 from baselines.policies import make_policy
 from envs._observation import observe
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
+from wifipgo.atomic_files import write_json
 from wifipgo.graph import residual_error, solve
-from wifipgo.radio.hearing import listen, probe_links
+from wifipgo.radio.turn_profiles import listen, probe_links
 from wifipgo.rendezvous import NOBODY
-from wifipgo.whole_files import write_json
 from wifipgo.world.lidar import scan
 
 # What one core has to reach (environment-steps a second, or agent-steps where said).

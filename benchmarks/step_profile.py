@@ -30,7 +30,7 @@ from baselines.policies import make_policy
 from envs import _rendezvous
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
 from wifipgo import loop
-from wifipgo.whole_files import write_json
+from wifipgo.atomic_files import write_json
 from wifipgo.world.arena import Arena
 
 # Functions that a step calls, none of them from another of these.

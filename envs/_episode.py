@@ -8,10 +8,10 @@ commands so far.
 
 from typing import NamedTuple
 
-from wifipgo.chance import Streams
 from wifipgo.loop import advance, start
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Commands, Tick, World
+from wifipgo.streams import Streams
 
 
 class _Engine:

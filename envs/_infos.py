@@ -10,7 +10,7 @@ from jaxtyping import Bool, Int8
 
 from wifipgo.graph import ate_rot, ate_trans
 from wifipgo.state import Tick
-from wifipgo.survey import team_share
+from wifipgo.world.coverage_belief import team_share
 
 
 def infos(

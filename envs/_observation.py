@@ -13,12 +13,12 @@ import numpy as np
 from gymnasium import spaces
 from jaxtyping import Float, Int8
 
-from wifipgo.drift import spread_m
-from wifipgo.radio.bands import band_of
+from wifipgo.graph.covariance import spread_m
+from wifipgo.radio.channel.bands import band_of
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief
-from wifipgo.survey import N_BINS as N_BINS_ROOM
+from wifipgo.world.coverage_belief import N_BINS as N_BINS_ROOM
 from wifipgo.world.lidar import N_LIDAR_RAYS
 
 N_BINS = 72

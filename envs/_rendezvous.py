@@ -15,15 +15,15 @@ from envs import _observation
 from envs._actions import ACTION_FORMS, checked_rows
 from envs._episode import Episode
 from envs._infos import infos
-from envs._render_config import DEFAULT_HEIGHT_PX, RENDER_MODES, RenderConfig, check_render_mode
 from envs._reward import REWARDS, Outcome
 from envs._state import state, state_space
 from envs.directions import N_CHOICES
+from envs.render.config import DEFAULT_HEIGHT_PX, RENDER_MODES, RenderConfig, check_render_mode
 from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.errors import BadInputError, pick, require
-from wifipgo.mapped import first_map, updated_map
 from wifipgo.scenarios import Scenario, field_owners, scenario_named
 from wifipgo.state import Tick, World
+from wifipgo.world.map_accuracy import first_map, updated_map
 
 OBSERVATIONS: Mapping[str, str] = {
     "flat": "one Box",
@@ -254,7 +254,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
     def _picture(self, now: Episode) -> np.ndarray | None:
         """Where an episode stands, on the screen that the first picture opens."""
         if self._screen is None and self.render_mode is not None:
-            from envs._render_screen import screen_for  # noqa: PLC0415 (pygame loads with the first picture)
+            from envs.render.screen import screen_for  # noqa: PLC0415 (pygame loads with the first picture)
 
             self._screen = screen_for(self.render_mode, self._render_config, self.metadata["render_fps"])
         picture: np.ndarray | None = self._screen.show(now.tick, now.world, now.scenario)

@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief
-from wifipgo.survey import team_share
+from wifipgo.world.coverage_belief import team_share
 
 # One term of a reward is at most this many thresholds, so that one lost robot does not drown the rest.
 _WORST = 10.0
@@ -25,7 +25,7 @@ class Outcome(NamedTuple):
     Attributes:
         before: What the robots believed before the iteration.
         after: And after it.
-        mapped_gain_truth: What the mapped share grew by (`wifipgo.mapped`); it reads the truth.
+        mapped_gain_truth: What the mapped share grew by (`wifipgo.world.map_accuracy`); it reads the truth.
     """
 
     before: Belief

@@ -7,7 +7,7 @@ import numpy as np
 from gymnasium import spaces
 from jaxtyping import Float
 
-from wifipgo.radio.bands import band_of
+from wifipgo.radio.channel.bands import band_of
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick
 

@@ -11,8 +11,7 @@ import tyro
 from rich.console import Console
 from rich.text import Text
 
-from envs._rendezvous import RendezvousEnv
-from envs._tables import (
+from envs._describe_tables import (
     action_table,
     agent_table,
     fields_markdown,
@@ -20,11 +19,12 @@ from envs._tables import (
     scenario_table,
     value_table,
 )
+from envs._rendezvous import RendezvousEnv
+from wifipgo.coerce import settings
 from wifipgo.command_line import exit_code
 from wifipgo.errors import require
 from wifipgo.overrides import Overrides, joined
 from wifipgo.scenarios import Scenario, scenario_named, scenario_toml
-from wifipgo.settings import settings
 from wifipgo.terminal import Terminal
 
 # Columns of tables that go to a file or another program.
@@ -100,7 +100,7 @@ def _draw(path: Path, env: RendezvousEnv, seed: int) -> None:
     from wifipgo.figures import drawing  # noqa: PLC0415 (matplotlib loads slowly, and only here)
 
     with drawing(path, asked_for=True):
-        from envs._arena_picture import draw_room  # noqa: PLC0415
+        from envs._describe_picture import draw_room  # noqa: PLC0415
 
         draw_room(path, env, seed=seed)
 

@@ -6,10 +6,11 @@ Writes ``profile.png``. Run: python examples/00_profile.py
 import matplotlib.pyplot as plt
 import numpy as np
 
-from wifipgo.radio import aoa, csi
-from wifipgo.radio.csi import RadioConfig
-from wifipgo.radio.materials import Slab
-from wifipgo.radio.paths import surfaces_of, trace_paths
+from wifipgo.radio import aoa
+from wifipgo.radio.channel import csi
+from wifipgo.radio.channel.csi import RadioConfig
+from wifipgo.radio.propagation.materials import Slab
+from wifipgo.radio.propagation.paths import surfaces_of, trace_paths
 from wifipgo.world.layout import room_walls
 
 radio, turn = RadioConfig(), aoa.AoaConfig()

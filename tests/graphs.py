@@ -3,7 +3,7 @@
 import numpy as np
 
 from wifipgo import se2, se3
-from wifipgo.graph.keyed import PoseGraph, pose_graph
+from wifipgo.graph.posegraph import PoseGraph, pose_graph
 
 
 def compose(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -5,8 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from wifipgo.radio.intel5300 import HOST_STAMPED, N_SUBCARRIERS, CsiLog, encode_csi_log, payload_bytes
-from wifipgo.radio.wsr import MACS, wavelength_m
+from wifipgo.radio.recordings.intel5300 import (
+    HOST_STAMPED,
+    N_SUBCARRIERS,
+    CsiLog,
+    encode_csi_log,
+    payload_bytes,
+)
+from wifipgo.radio.recordings.wsr_dataset import MACS, wavelength_m
 
 STAMP = "2021-06-27_202550"
 CHANNEL = 108

@@ -6,7 +6,7 @@ from hashlib import sha256
 import numpy as np
 from threadpoolctl import threadpool_info
 
-from baselines._episodes import run_episode
+from baselines.evaluation.episodes import run_episode
 from wifipgo.scenarios import scenario_named
 
 _LOCAL = {"n_robots": 4, "n_slots": 3, "n_steps": 5}

@@ -18,14 +18,14 @@ from typing import Any
 
 import numpy as np
 
-from baselines._network import Network, load_network, plain, refuse_other_layout
-from baselines._plan import differences
+from baselines.evaluation.plan import differences
+from baselines.policies.learned.network import Network, load_network, plain, refuse_other_layout
+from wifipgo.atomic_files import appearing, write_json
 from wifipgo.errors import BadInputError, require
 from wifipgo.npz_files import read_npz
 from wifipgo.results_folder import note
 from wifipgo.scenarios import Scenario
 from wifipgo.text_files import read_json
-from wifipgo.whole_files import appearing, write_json
 
 TRAINING, POLICY, STATE = "training.npz", "policy.npz", "state.json"
 _FILES = (TRAINING, POLICY, STATE)

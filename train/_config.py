@@ -6,7 +6,7 @@ from typing import Annotated
 
 import tyro
 
-from baselines._interfaces import INTERFACES
+from baselines.policies.learned.interfaces import INTERFACES
 from envs.rendezvous_v0 import REWARDS
 from wifipgo.errors import pick, require
 

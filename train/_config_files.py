@@ -10,8 +10,8 @@ import tyro
 
 from train._config import TrainConfig
 from train._yaml import read_settings
+from wifipgo.coerce import fitted
 from wifipgo.errors import BadInputError, UnknownNameError, require
-from wifipgo.settings import fitted
 
 # What may change when a run is continued; ``ppo.agent_steps`` says how far to go.
 _FREE = {"out", "overwrite", "resume", "config", "ppo.agent_steps", "envs.n_workers"}

@@ -1,4 +1,4 @@
-"""A trained model as a small file that needs no torch: `baselines._network.Network`."""
+"""A trained model as a small file that needs no torch: `baselines.policies.learned.network.Network`."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -8,7 +8,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 from torch import nn
 
-from baselines._network import Layer, Network, layout_of, plain
+from baselines.policies.learned.network import Layer, Network, layout_of, plain
 from train._rays_policy import RaysNets
 from wifipgo.scenarios import Scenario
 

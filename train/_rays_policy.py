@@ -1,6 +1,6 @@
 """The network of the interface ``rays`` in torch: a scorer of directions, one of stopping and calling.
 
-`baselines._network.Network.scores` is the same in numpy.
+`baselines.policies.learned.network.Network.scores` is the same in numpy.
 """
 
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ import torch
 from stable_baselines3.common.policies import ActorCriticPolicy
 from torch import nn
 
-from baselines._rays import N_DIRECTION, N_WHOLE
+from baselines.policies.learned.ray_interface import N_DIRECTION, N_WHOLE
 from wifipgo.world.lidar import N_LIDAR_RAYS
 
 _POOLED = N_WHOLE + 2 * N_DIRECTION

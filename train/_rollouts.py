@@ -6,16 +6,16 @@ from functools import partial
 import numpy as np
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
-from baselines._episodes import trial_seed
-from baselines._interfaces import make_interface
-from baselines._network import layout_of
+from baselines.evaluation.episodes import trial_seed
+from baselines.policies.learned.interfaces import make_interface
+from baselines.policies.learned.network import layout_of
 from envs.rendezvous_v0 import parallel_env
 from train._config import HELD_OUT_SEED, TrainConfig
-from train._translation import Translated
+from train._interface_vec_env import Translated
 from train._vec_env import TeamVecEnv
+from wifipgo.coerce import key_value
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario, scenario_named
-from wifipgo.settings import key_value
 
 # So many trials of an evaluation are kept apart from training.
 _KEPT_APART = 1_000

@@ -14,8 +14,8 @@ from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
 from envs.rendezvous_v0 import parallel_env
-from train._batch import Maker, Outcome, Rows, Team
-from train._crews import Crew, LocalCrew, RemoteCrew
+from train._env_batch import Maker, Outcome, Rows, Team
+from train._env_workers import Crew, LocalCrew, RemoteCrew
 from wifipgo.errors import require
 
 
@@ -31,7 +31,7 @@ class TeamVecEnv(VecEnv):
     `env_method` and `get_images` touch each environment once, however many of its rows are asked for.
 
     Args:
-        makers: Each makes one environment; all alike (see `train._batch.Batch`).
+        makers: Each makes one environment; all alike (see `train._env_batch.Batch`).
         n_workers: Processes that share the environments; 0 steps them in this one.
 
     Raises:

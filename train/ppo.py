@@ -14,27 +14,27 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.vec_env import VecNormalize
 
-from baselines._command import exit_code
+from baselines.evaluation.command import exit_code
 from baselines.policies import make_policy
+from train._callback import Between
 from train._checkpoints import TRAINING, Checkpoints, State, read_state, read_training
 from train._config import TrainConfig
 from train._config_files import changed_fields, command_of, parsed, record_of
+from train._dagger import imitate
 from train._export import exported
-from train._imitation import imitate
+from train._learning_curve import Curve, arrays_of_table, table_of
 from train._model_arrays import arrays_of, restore
-from train._progress import Between
 from train._rays_policy import RaysPolicy
 from train._rollouts import environments, scenarios_of
-from train._selection import Curve, arrays_of_table, table_of
 from train._versions import versions
 from train._yaml import read_settings, written
+from wifipgo.atomic_files import write_json, write_text
 from wifipgo.errors import require
 from wifipgo.folder_lock import held
 from wifipgo.results_folder import begin, check_replaceable, is_of, note, remove
 from wifipgo.scenarios import Scenario
 from wifipgo.terminal import say
 from wifipgo.threads import one_thread
-from wifipgo.whole_files import write_json, write_text
 
 __all__ = ["Run", "digest", "main", "train"]
 

@@ -15,18 +15,18 @@ import numpy as np
 import tyro
 from rich.console import Console
 
-from baselines._command import exit_code
-from baselines._executors import cores
-from baselines._interfaces import INTERFACES, make_interface
-from baselines._network import Layer, Network, layout_of, plain
 from baselines._ray import joined, load_ray
+from baselines.evaluation.command import exit_code
+from baselines.evaluation.executors import cores
+from baselines.policies.learned.interfaces import INTERFACES, make_interface
+from baselines.policies.learned.network import Layer, Network, layout_of, plain
 from envs.rendezvous_v0 import REWARDS
-from train._translated_env import TranslatedEnv
+from train._interface_env import TranslatedEnv
 from train._versions import versions
+from wifipgo.atomic_files import write_json
 from wifipgo.errors import pick, require
 from wifipgo.scenarios import Scenario, scenario_named
 from wifipgo.terminal import say
-from wifipgo.whole_files import write_json
 
 _ROBOT = "robot"
 

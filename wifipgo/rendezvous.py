@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float, Int
 
 from wifipgo.errors import pick, require, require_within
 from wifipgo.graph import ERR_WEIGHTS, GUARDS, THIRD_PARTY
-from wifipgo.radio.link import LinkConfig, service_discrepancy
+from wifipgo.radio.channel.rates import LinkConfig, service_discrepancy
 
 NOBODY = -1
 ESTIMATORS: Mapping[str, str] = MappingProxyType(

@@ -5,14 +5,14 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.every_step import Memory
 from wifipgo.graph import Bearings, Edges, Pings
-from wifipgo.radio.impairments import Standing
-from wifipgo.radio.paths import Surfaces
+from wifipgo.graph.per_robot_smoothing import Memory
+from wifipgo.radio.channel.impairments import Standing
+from wifipgo.radio.propagation.paths import Surfaces
 from wifipgo.rendezvous import Calls
-from wifipgo.survey import Survey
 from wifipgo.world.arena import Arena
 from wifipgo.world.coverage import CellMap
+from wifipgo.world.coverage_belief import Survey
 from wifipgo.world.layout import Layout
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from baselines._statistics import Estimate
+from baselines.evaluation.statistics import Estimate
 from baselines.reproduce._rules import Rule, combined
 
 HEADLINE, BESIDE, SENSITIVITY = "headline", "beside", "sensitivity"

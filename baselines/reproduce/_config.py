@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from baselines._executors import Executor
+from baselines.evaluation.executors import Executor
 from wifipgo.errors import require
 
 

@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
-from baselines._episodes import Episode
-from baselines._pictures import BLUE, GREEN, ORANGE, PURPLE, STYLE, VERMILION, band
+from baselines.evaluation.episodes import Episode
+from baselines.evaluation.plots import BLUE, GREEN, ORANGE, PURPLE, STYLE, VERMILION, band
 from baselines.reproduce._measures import mean_curves
 from wifipgo.figures import drawing
 

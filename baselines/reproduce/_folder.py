@@ -10,12 +10,12 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from baselines._plan import differences
+from baselines.evaluation.plan import differences
 from wifipgo import results_folder
+from wifipgo.atomic_files import write_json
 from wifipgo.command_line import say
 from wifipgo.errors import BadInputError, require
 from wifipgo.text_files import read_json
-from wifipgo.whole_files import write_json
 
 CONFIG, CLAIMS, PAGE, EPISODES, FAILURES = (
     "config.json",

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from baselines._episodes import Episode
-from baselines._statistics import Estimate, bootstrap, ratio_of_means
+from baselines.evaluation.episodes import Episode
+from baselines.evaluation.statistics import Estimate, bootstrap, ratio_of_means
 
 EARLY = 10  # iterations that the paper's curves need to part
 

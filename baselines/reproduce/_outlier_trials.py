@@ -9,17 +9,17 @@ import numpy as np
 from jaxtyping import Float
 
 from baselines.policies import make_policy
+from baselines.reproduce.encounter_grid import encounter, error_under, ground_truth_error
+from baselines.reproduce.encounters import EncounterConfig
 from envs.rendezvous_v0 import parallel_env
 from wifipgo import se2
+from wifipgo.atomic_files import read_sealed, write_sealed
 from wifipgo.graph import solve_guarded
 from wifipgo.graph.bearings import bearing_residuals, heard_along
-from wifipgo.graph.encounter_grid import encounter, error_under, ground_truth_error
-from wifipgo.graph.encounters import EncounterConfig
-from wifipgo.graph.outliers import bearing, likelihood
-from wifipgo.graph.posegraph import select
+from wifipgo.graph.edges import select
+from wifipgo.graph.outliers.aoa_weights import bearing, likelihood
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick
-from wifipgo.whole_files import read_sealed, write_sealed
 
 METHODS = ("none", "paper", "range_aware", "huber", "bearing")
 Arrays = Mapping[str, np.ndarray]

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from baselines._report import shown
-from baselines._statistics import Estimate
+from baselines.evaluation.console_report import shown
+from baselines.evaluation.statistics import Estimate
 from baselines.reproduce._claims import BESIDE, HEADLINE, SENSITIVITY
 
 _INTRODUCTION = """\

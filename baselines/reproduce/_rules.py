@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy import stats
 
-from baselines._statistics import Estimate
+from baselines.evaluation.statistics import Estimate
 
 REPRODUCED, PARTLY, NOT, OPEN = "reproduced", "partly", "not", "no interval"
 ALPHA = 0.05  # of the equivalence test

@@ -12,19 +12,19 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from baselines._episodes import trial_seed
-from baselines._plan import versions
-from baselines._workers import EpisodesFailedError, Failure, missing, run_all
+from baselines.evaluation.episodes import trial_seed
+from baselines.evaluation.jobs import EpisodesFailedError, Failure, missing, run_all
+from baselines.evaluation.plan import versions
 from baselines.reproduce import _folder
 from baselines.reproduce._config import ReproduceConfig
 from baselines.reproduce._figures import FIGURES, chosen
 from baselines.reproduce._folder import done
 from baselines.reproduce._page import page, with_summary
 from baselines.reproduce._runs import TRIALS, Setting
+from wifipgo.atomic_files import write_json
 from wifipgo.folder_lock import held
 from wifipgo.terminal import say
 from wifipgo.text_files import read_json
-from wifipgo.whole_files import write_json
 
 
 def reproduce(config: ReproduceConfig, *, console: Console | None = None) -> dict[str, Any]:

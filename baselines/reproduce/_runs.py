@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from baselines._episodes import Episode, trial_seed
-from baselines._results import episodes_frame, steps_frame
-from baselines._workers import Task
+from baselines.evaluation.episodes import Episode, trial_seed
+from baselines.evaluation.jobs import Task
+from baselines.evaluation.results_folder import episodes_frame, steps_frame
 from wifipgo.scenarios import Scenario, scenario_named
 
 MANY_ROBOTS = 10

@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from baselines._episodes import Episode
-from baselines._statistics import Estimate
+from baselines.evaluation.episodes import Episode
+from baselines.evaluation.statistics import Estimate
 from baselines.reproduce._claims import SENSITIVITY, Found
 from baselines.reproduce._runs import Run, Setting, changed
 from wifipgo.scenarios import Scenario

@@ -1,7 +1,7 @@
 """The episodes of two robots that Figs. 7 and 8 share."""
 
-from baselines._episodes import Episode
-from baselines._workers import Task
+from baselines.evaluation.episodes import Episode
+from baselines.evaluation.jobs import Task
 from baselines.reproduce._claims import BESIDE, HEADLINE
 from baselines.reproduce._runs import Run, Setting, changed, tasks_of
 from baselines.reproduce._sensitivity import all_runs, sensitivity_runs

@@ -11,15 +11,15 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Float
 
-from baselines._episodes import trial_seed
-from baselines._statistics import Estimate, bootstrap
+from baselines.evaluation.episodes import trial_seed
+from baselines.evaluation.statistics import Estimate, bootstrap
 from baselines.reproduce import _draw_outliers, _rules
 from baselines.reproduce._claims import BESIDE, SENSITIVITY, Claim, Found, judged
 from baselines.reproduce._measures import reduction
 from baselines.reproduce._outlier_trials import METHODS, Arrays, Cell, OutlierTrial
 from baselines.reproduce._runs import Setting, changed
-from wifipgo.graph.encounter_grid import ODOMETRY, OUTLIERS, encounter_grid
-from wifipgo.graph.outliers import PAPER_GATE_RAD
+from baselines.reproduce.encounter_grid import ODOMETRY, OUTLIERS, encounter_grid
+from wifipgo.graph.outliers.aoa_weights import PAPER_GATE_RAD
 from wifipgo.scenarios import Scenario
 
 TITLE = "Outlier rejection by the direction of the signal"

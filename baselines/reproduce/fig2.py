@@ -9,15 +9,16 @@ import pandas as pd
 from jaxtyping import Complex, Float
 from matplotlib.figure import Figure
 
-from baselines._episodes import trial_seed
-from baselines._statistics import Estimate, bootstrap
+from baselines.evaluation.episodes import trial_seed
+from baselines.evaluation.statistics import Estimate, bootstrap
 from baselines.reproduce import _draw, _rules
 from baselines.reproduce._claims import BESIDE, HEADLINE, Claim, Found, judged
 from baselines.reproduce._runs import TRIALS, Setting
-from wifipgo.graph.outliers import PAPER_GATE_RAD
-from wifipgo.radio import aoa, csi
+from wifipgo.graph.outliers.aoa_weights import PAPER_GATE_RAD
+from wifipgo.radio import aoa
+from wifipgo.radio.channel import csi
 from wifipgo.radio.recordings import bearing
-from wifipgo.radio.wsr import Link, read_links
+from wifipgo.radio.recordings.wsr_dataset import Link, read_links
 from wifipgo.se2 import wrap_angle
 
 TITLE = "Signal profile over azimuth and elevation"

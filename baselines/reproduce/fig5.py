@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from baselines._episodes import Episode
-from baselines._workers import Task
+from baselines.evaluation.episodes import Episode
+from baselines.evaluation.jobs import Task
 from baselines.reproduce import _draw, _rules
 from baselines.reproduce._claims import BESIDE, HEADLINE, Claim, Found, judged
 from baselines.reproduce._measures import err_ratio, highest_mean, late_mean, truth_reduction

@@ -5,7 +5,7 @@ from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
-from baselines._episodes import Episode
+from baselines.evaluation.episodes import Episode
 from baselines.reproduce import _draw, _rules
 from baselines.reproduce._claims import HEADLINE, SENSITIVITY, Claim, Found, judged
 from baselines.reproduce._measures import column, difference_of_means, err_ratio

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from baselines._episodes import Episode
+from baselines.evaluation.episodes import Episode
 from baselines.reproduce import _draw, _rules
 from baselines.reproduce._claims import BESIDE, Claim, Found, judged
 from baselines.reproduce._measures import highest_mean, truth_reduction

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from baselines._episodes import Episode
-from baselines._statistics import Estimate, bootstrap, ratio_of_means
-from baselines._workers import Task
+from baselines.evaluation.episodes import Episode
+from baselines.evaluation.jobs import Task
+from baselines.evaluation.statistics import Estimate, bootstrap, ratio_of_means
 from baselines.reproduce import _draw, _rules
 from baselines.reproduce._claims import BESIDE, HEADLINE, Claim, Found, judged
 from baselines.reproduce._measures import column, err_ratio

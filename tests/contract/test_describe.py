@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from envs._tables import ACTIONS, fields_markdown
+from envs._describe_tables import ACTIONS, fields_markdown
 from envs.describe import main
 from envs.rendezvous_v0 import parallel_env
-from wifipgo.scenario_fields import PAPER_VALUES, field_rows, meanings_of, origin_of, unit_of
 from wifipgo.scenarios import SCENARIOS, field_owners, scenario_named
+from wifipgo.scenarios.field_table import PAPER_VALUES, field_rows, meanings_of, origin_of, unit_of
 
 DOCS = Path(__file__).parents[2] / "docs" / "scenarios.md"
 MARK = "<!-- python -m envs.describe --fields -->\n"

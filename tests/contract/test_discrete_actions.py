@@ -7,10 +7,10 @@ import pytest
 from gymnasium import spaces
 from pettingzoo.test import api_test, parallel_api_test
 
-from baselines._rays import Rays
 from baselines.policies import make_policy
+from baselines.policies.learned.ray_interface import Rays
 from envs import rendezvous_v0
-from envs._team import RendezvousTeamEnv
+from envs._team_env import RendezvousTeamEnv
 from envs.directions import N_CHOICES, STAY, choice_mask, waypoints_of
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from envs import rendezvous_v0
-from envs._tables import layout_markdown
+from envs._describe_tables import layout_markdown
 
 PAGE = (Path(__file__).parents[2] / "docs" / "environment.md").read_text(encoding="utf-8")
 
@@ -15,7 +15,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "environment.md").read_text(encodin
 def test_the_layout_is_that_of_the_code() -> None:
     table = re.search(r"<!-- layout:.*?-->\n(.*?)\n<!-- end of layout -->", PAGE, re.DOTALL)
     assert table
-    assert table[1] == layout_markdown(), "write envs._tables.layout_markdown() into the page"
+    assert table[1] == layout_markdown(), "write envs._describe_tables.layout_markdown() into the page"
 
 
 @pytest.mark.parametrize("name", rendezvous_v0.REWARDS)

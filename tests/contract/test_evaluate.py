@@ -10,9 +10,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from baselines import _workers, evaluate
-from baselines._results import FILES, PICTURES, partial_of
+from baselines import evaluate
 from baselines.evaluate import Episode, EpisodesFailedError, EvaluateConfig, main, run_episode
+from baselines.evaluation import jobs
+from baselines.evaluation.results_folder import FILES, PICTURES, partial_of
 from baselines.policies import make_policy
 from wifipgo.results_folder import MANIFEST
 from wifipgo.scenarios import scenario_named
@@ -41,14 +42,14 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def fail_at(monkeypatch: pytest.MonkeyPatch, trial: int, policy: str, problem: BaseException) -> None:
     """Make one episode raise."""
-    real = _workers.carry_out
+    real = jobs.carry_out
 
-    def carry_out(task: _workers.Task) -> Episode:
+    def carry_out(task: jobs.Task) -> Episode:
         if (task.trial, task.policy) == (trial, policy):
             raise problem
         return real(task)
 
-    monkeypatch.setattr(_workers, "carry_out", carry_out)
+    monkeypatch.setattr(jobs, "carry_out", carry_out)
 
 
 def test_everything_is_there_and_opens(done: Path) -> None:

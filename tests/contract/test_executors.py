@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 from dying import Errand, compute, keep
 
-from baselines._executors import EXECUTORS, Executor, Work, WorkerDiedError
 from baselines.evaluate import EvaluateConfig, evaluate, main
+from baselines.evaluation.executors import EXECUTORS, Executor, Work, WorkerDiedError
 from wifipgo.errors import MissingExtraError
 
 ROOT = Path(__file__).parents[2]

@@ -9,7 +9,7 @@ from data_dir import data_dir
 from graphs import random_graph
 
 from benchmarks.multi_robot_g2o import G2oConfig, main
-from wifipgo.graph.files import write_g2o
+from wifipgo.graph.files.g2o import write_g2o
 
 
 def test_figures_on_the_published_sets(tmp_path: Path) -> None:

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baselines._learned import LearnedPolicy, shipped
-from baselines._network import Layer, Network, layout_of, load_network, perceptron, plain
-from baselines._rays import N_DIRECTION, Rays
 from baselines.evaluate import main
 from baselines.policies import make_policy
+from baselines.policies.learned.network import Layer, Network, layout_of, load_network, perceptron, plain
+from baselines.policies.learned.policy import LearnedPolicy, shipped
+from baselines.policies.learned.ray_interface import N_DIRECTION, Rays
 from envs.directions import STAY
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.scenarios import scenario_named

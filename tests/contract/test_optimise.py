@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from graphs import between, compose, small
 
+from baselines.evaluation.worker_process import in_a_process
 from wifipgo import se3
 from wifipgo.errors import NumericalError
-from wifipgo.graph.files import read_g2o, write_g2o
-from wifipgo.graph.keyed import PoseGraph, pose_graph
+from wifipgo.graph.files.g2o import read_g2o, write_g2o
+from wifipgo.graph.files.tum_kitti import read_tum
 from wifipgo.graph.optimise import Backend, Robust, main, optimise, run
-from wifipgo.graph.trajectories import read_tum
-from wifipgo.processes import in_a_process
+from wifipgo.graph.posegraph import PoseGraph, pose_graph
 
 
 def meeting_team(seed: int, *, dims: int, n_wrong: int = 0, poses: int = 12) -> tuple[np.ndarray, PoseGraph]:
@@ -223,7 +223,7 @@ def test_ctrl_c_ends_what_hears_no_signal_at_once() -> None:
     """The process that computes leaves Ctrl-C alone, as a native loop does; its parent ends it."""
     code = "import os, signal, threading, time\n"
     code += "from functools import partial\nfrom wifipgo.command_line import exit_code\n"
-    code += "from wifipgo.processes import in_a_process\n"
+    code += "from baselines.evaluation.worker_process import in_a_process\n"
     code += "threading.Timer(0.5, partial(os.kill, os.getpid(), signal.SIGINT)).start()\n"
     code += "raise SystemExit(exit_code(lambda: in_a_process(partial(time.sleep, 600))))"
     command = [sys.executable, "-c", code]

@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
+from baselines.reproduce.encounters import EncounterConfig
 from benchmarks import outliers
 from benchmarks.outliers import COLUMNS, OutlierConfig, errors, grid, main, reduction
-from wifipgo.graph.encounters import EncounterConfig
 
 CELLS = [
     cell

@@ -12,9 +12,9 @@ import pandas as pd
 import pytest
 from data_dir import data_dir
 
-from baselines import _workers
-from baselines._statistics import Estimate
-from baselines._workers import EpisodesFailedError, Task
+from baselines.evaluation import jobs
+from baselines.evaluation.jobs import EpisodesFailedError, Task
+from baselines.evaluation.statistics import Estimate
 from baselines.reproduce import _figures, _folder, _rules, _run, fig2, fig9
 from baselines.reproduce.__main__ import main
 from baselines.reproduce._claims import Claim, Found, judged
@@ -59,7 +59,7 @@ def counted(
     monkeypatch: pytest.MonkeyPatch, *, fail_at: int | None = None, by: type[BaseException] = RuntimeError
 ) -> list[Any]:
     """Every item that is carried out; the one at ``fail_at`` raises."""
-    real, seen = _workers.carry_out, []
+    real, seen = jobs.carry_out, []
 
     def carry_out(item: Task) -> Any:
         seen.append(item)
@@ -67,7 +67,7 @@ def counted(
             raise by
         return real(item)
 
-    monkeypatch.setattr(_workers, "carry_out", carry_out)
+    monkeypatch.setattr(jobs, "carry_out", carry_out)
     return seen
 
 

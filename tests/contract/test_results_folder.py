@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from wifipgo import results_folder
+from wifipgo.atomic_files import read_sealed, write_sealed
 from wifipgo.errors import BadInputError
 from wifipgo.folder_lock import held
-from wifipgo.whole_files import read_sealed, write_sealed
 
 KIND = "evaluate"
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
-from baselines._network import load_network
 from baselines.evaluate import run_episode
-from train._translated_env import TranslatedEnv
+from baselines.policies.learned.network import load_network
+from train._interface_env import TranslatedEnv
 from train.rllib import RllibConfig, exported, main
 from wifipgo.scenarios import scenario_named
 

@@ -18,12 +18,12 @@ import torch
 from rich.console import Console
 from threadpoolctl import threadpool_limits
 
-from baselines._episodes import trial_seed
-from baselines._learned import LearnedPolicy
-from baselines._network import load_network
 from baselines.evaluate import run_episode
+from baselines.evaluation.episodes import trial_seed
+from baselines.policies.learned.network import load_network
+from baselines.policies.learned.policy import LearnedPolicy
 from envs.rendezvous_v0 import parallel_env
-from train import _checkpoints, _rollouts, _selection
+from train import _checkpoints, _learning_curve, _rollouts
 from train._config import HELD_OUT_SEED, EnvsConfig, ImitationConfig, PpoConfig, SelectionConfig, TrainConfig
 from train._config_files import read_yaml
 from train._model_arrays import arrays_of
@@ -300,7 +300,7 @@ def test_a_kill_between_any_two_writes_leaves_no_score_of_a_lost_network(
 
         with monkeypatch.context() as patch, suppress(Killed):
             patch.setattr(os, "replace", killing)
-            patch.setattr(_selection, "mapped_shares", lambda *_: np.array([0.99]))
+            patch.setattr(_learning_curve, "mapped_shares", lambda *_: np.array([0.99]))
             run.evaluated(9)
         run.norm.close()
         again = Run(config, Console(quiet=True))

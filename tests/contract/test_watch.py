@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from baselines import _episodes, watch
+from baselines import watch
 from baselines.evaluate import run_episode
+from baselines.evaluation import episodes
 from baselines.watch import WatchConfig, main
 
 SHORT = ("n_steps=3",)
@@ -62,7 +63,7 @@ def test_still_is_the_picture_that_the_environment_renders(tmp_path: Path) -> No
 
 def test_what_is_watched_is_what_is_evaluated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     config = WatchConfig(out=tmp_path / "run.png", overrides=SHORT, height_px=HEIGHT_PX, seed=3, trial=2)
-    seed = _episodes.trial_seed(3, 2)
+    seed = episodes.trial_seed(3, 2)
     episode = watch.watch(config)
     from wifipgo.scenarios import scenario_named  # noqa: PLC0415 (beside what it is compared with)
 
@@ -89,7 +90,7 @@ def test_a_failure_leaves_nothing_and_replaces_nothing(
     def break_down(*arguments: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(_episodes, "_row", break_down)
+    monkeypatch.setattr(episodes, "_row", break_down)
     assert film_to(before, "--overwrite") == 130
     assert before.read_bytes() == b"mine"
     assert [path.name for path in tmp_path.iterdir()] == ["run.mp4"]

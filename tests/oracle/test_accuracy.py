@@ -10,9 +10,9 @@ from scipy.stats import chi2
 
 from wifipgo.errors import UnknownNameError
 from wifipgo.graph.accuracy import aligned, nees, rmse_rot, rmse_trans, rpe
-from wifipgo.graph.keyed import PoseGraph
-from wifipgo.graph.parts import anchors
+from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.solvers.spatial import marginal_covariances, solve_graph
+from wifipgo.graph.subgraphs import anchors
 
 DIMS = pytest.mark.parametrize("dims", [3, 7])
 

@@ -10,11 +10,18 @@ import pytest
 from synthetic_run import STAMP, write_run
 
 from wifipgo.errors import BadInputError
-from wifipgo.radio._recordings_report import print_report
-from wifipgo.radio.aperture import ApertureConfig
-from wifipgo.radio.intel5300 import HOST_STAMPED, STOCK, CsiLog, decode_csi_log, encode_csi_log, read_csi_log
+from wifipgo.radio.aoa.moving_aperture import ApertureConfig
 from wifipgo.radio.recordings import bearing
-from wifipgo.radio.wsr import read_links
+from wifipgo.radio.recordings.intel5300 import (
+    HOST_STAMPED,
+    STOCK,
+    CsiLog,
+    decode_csi_log,
+    encode_csi_log,
+    read_csi_log,
+)
+from wifipgo.radio.recordings.report import print_report
+from wifipgo.radio.recordings.wsr_dataset import read_links
 
 COARSE = ApertureConfig(n_azimuths=180, elevations_rad=(0.0, 0.2), curvatures_per_m=(0.0, 0.3))
 RX, TX = f"csi_rx_{STAMP}.dat", f"csi_tx2_{STAMP}.dat"

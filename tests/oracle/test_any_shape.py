@@ -5,14 +5,14 @@ import pytest
 from polyominoes import Cell, grown, outline, solid
 
 from envs.rendezvous_v0 import parallel_env
-from wifipgo.radio.materials import SPEED_OF_LIGHT_M_S, Slab
-from wifipgo.radio.paths import surfaces_of, trace_paths
+from wifipgo.radio.propagation.materials import SPEED_OF_LIGHT_M_S, Slab
+from wifipgo.radio.propagation.paths import surfaces_of, trace_paths
 from wifipgo.segments import in_sight
 from wifipgo.world.arena import Arena
 from wifipgo.world.coverage import empty_map
 from wifipgo.world.layout import ArenaConfig, Layout, room_walls
 from wifipgo.world.lidar import ray_directions, scan
-from wifipgo.world.maps import floor_of, gap_to_obstacles
+from wifipgo.world.map_checks import floor_of, gap_to_obstacles
 from wifipgo.world.placing import random_layout
 
 SIZE_M, RADIUS_M, RANGE_M = 10.0, 0.15, 4.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from baselines._statistics import bootstrap, ratio_of_means
+from baselines.evaluation.statistics import bootstrap, ratio_of_means
 
 
 def test_interval_of_a_mean_is_the_normal_one() -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from baselines._episodes import Episode, run_episode
-from baselines._statistics import Estimate
+from baselines.evaluation.episodes import Episode, run_episode
+from baselines.evaluation.statistics import Estimate
 from baselines.reproduce import _measures, _rules
 from baselines.reproduce._claims import BESIDE, HEADLINE, Found, judged
 from wifipgo.scenarios import scenario_named

@@ -9,9 +9,9 @@ import pytest
 from wifipgo import se2
 from wifipgo.graph.cliques import largest_clique
 from wifipgo.graph.consistency import consistent
-from wifipgo.graph.keyed import PoseGraph, pose_graph
-from wifipgo.graph.pcm import consistent_sets
-from wifipgo.graph.posegraph import Edges
+from wifipgo.graph.edges import Edges
+from wifipgo.graph.outliers.pcm import consistent_sets
+from wifipgo.graph.posegraph import PoseGraph, pose_graph
 
 
 def random_agreement(n: int, share: float, seed: int) -> np.ndarray:

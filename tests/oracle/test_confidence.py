@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from wifipgo.radio.aoa.steering import azimuth_grid
 from wifipgo.radio.confidence import confidence
-from wifipgo.radio.steering import azimuth_grid
 
 GRID = azimuth_grid(720)
 

@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wifipgo.radio import aoa, csi
-from wifipgo.radio.bands import BANDS, band_of
-from wifipgo.radio.paths import Paths
+from wifipgo.radio import aoa
+from wifipgo.radio.channel import csi
+from wifipgo.radio.channel.bands import BANDS, band_of
+from wifipgo.radio.propagation.paths import Paths
 
 GAP_M, WAVELENGTH_M = 0.22, 0.06
 

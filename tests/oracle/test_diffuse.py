@@ -5,10 +5,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wifipgo.radio import csi
-from wifipgo.radio.diffuse import N_SCATTERERS, SCATTERED, Diffuse, draw_diffuse, with_diffuse
-from wifipgo.radio.materials import SPEED_OF_LIGHT_M_S
-from wifipgo.radio.paths import Paths
+from wifipgo.radio.channel import csi
+from wifipgo.radio.propagation.diffuse_scattering import (
+    N_SCATTERERS,
+    SCATTERED,
+    Diffuse,
+    draw_diffuse,
+    with_diffuse,
+)
+from wifipgo.radio.propagation.materials import SPEED_OF_LIGHT_M_S
+from wifipgo.radio.propagation.paths import Paths
 
 CARRIER_HZ = 5.0e9
 

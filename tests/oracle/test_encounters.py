@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from baselines.reproduce.encounters import KINDS, Encounter, EncounterConfig, simulate_encounter
 from wifipgo import se2
 from wifipgo.graph.bearings import bearing_residuals
-from wifipgo.graph.encounters import KINDS, Encounter, EncounterConfig, simulate_encounter
 
 CONFIG = EncounterConfig(range_m=3.0, n_outliers=4)
 

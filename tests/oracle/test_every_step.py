@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from wifipgo import se2
-from wifipgo.every_step import Memory
 from wifipgo.graph import NO_PINGS, Bearings, Edges, Pings, end_covariances, extended, select, solve
+from wifipgo.graph.per_robot_smoothing import Memory
 from wifipgo.rendezvous import RendezvousConfig
 
 SIGMA = (0.1, 0.05)

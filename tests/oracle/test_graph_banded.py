@@ -12,10 +12,10 @@ import pytest
 
 from wifipgo import se2
 from wifipgo.graph import Edges, select, solve
-from wifipgo.graph.solvers import _banded as banded
+from wifipgo.graph.solvers import _banded_cholesky as banded
+from wifipgo.graph.solvers._gtsam_search import as_values, covariances_of, least_squares
+from wifipgo.graph.solvers._linearised import Poses, squares
 from wifipgo.graph.solvers._problem import KNOWN_START, TOLD_SIGMA, UNKNOWN_START, Problem, build, posed
-from wifipgo.graph.solvers._search import as_values, covariances_of, least_squares
-from wifipgo.graph.solvers._squares import Poses, squares
 
 SIGMA = (0.1, 0.05)
 

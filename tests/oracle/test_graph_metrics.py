@@ -5,9 +5,9 @@ import pytest
 
 from wifipgo import se2
 from wifipgo.errors import UnknownNameError
+from wifipgo.graph.edges import Edges, extended, retold, select
 from wifipgo.graph.metrics import ate_rot, ate_trans, residual_error
-from wifipgo.graph.outliers import bearing, elevation, likelihood, paper_weights
-from wifipgo.graph.posegraph import Edges, extended, retold, select
+from wifipgo.graph.outliers.aoa_weights import bearing, elevation, likelihood, paper_weights
 
 
 def rotation(yaw_rad: float) -> np.ndarray:

@@ -5,8 +5,8 @@ import pytest
 
 from wifipgo import se2
 from wifipgo.errors import UnknownNameError
+from wifipgo.graph.edges import Edges, extended, select
 from wifipgo.graph.metrics import ate_rot, ate_trans, residual_error
-from wifipgo.graph.posegraph import Edges, extended, select
 from wifipgo.graph.solvers import solve, solve_team
 
 SIGMA = (0.1, 0.05)

@@ -13,13 +13,13 @@ from wifipgo import se2, se3
 from wifipgo.errors import UnknownNameError
 from wifipgo.graph.chordal import chordal_cost, chordal_optimum, links, matrices, pose_rows, two_stage
 from wifipgo.graph.distributed import DistributedConfig, solve_distributed
-from wifipgo.graph.files import read_g2o
-from wifipgo.graph.keyed import PoseGraph, pose_graph
-from wifipgo.graph.parts import anchors, components, from_team, of_robots
-from wifipgo.graph.posegraph import Edges
+from wifipgo.graph.edges import Edges
+from wifipgo.graph.files.g2o import read_g2o
+from wifipgo.graph.posegraph import PoseGraph, pose_graph
 from wifipgo.graph.residuals import chi_squares, tangent_errors
 from wifipgo.graph.solvers import solve_team
 from wifipgo.graph.solvers.spatial import METHODS, marginal_covariances, solve_graph
+from wifipgo.graph.subgraphs import anchors, components, from_team, of_robots
 
 SETS = ("example_4robots", "example_9robots", "example_16robots")
 

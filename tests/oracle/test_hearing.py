@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from wifipgo import se2
-from wifipgo.radio import aoa, link
-from wifipgo.radio.csi import RadioConfig
-from wifipgo.radio.hearing import Links, listen, probe_links
-from wifipgo.radio.impairments import ImpairmentConfig, Standing, draw_standing
-from wifipgo.radio.materials import Slab
-from wifipgo.radio.paths import Surfaces, surfaces_of
+from wifipgo.radio import aoa
+from wifipgo.radio.channel import rates
+from wifipgo.radio.channel.csi import RadioConfig
+from wifipgo.radio.channel.impairments import ImpairmentConfig, Standing, draw_standing
+from wifipgo.radio.propagation.materials import Slab
+from wifipgo.radio.propagation.paths import Surfaces, surfaces_of
+from wifipgo.radio.turn_profiles import Links, listen, probe_links
 from wifipgo.scenarios import scenario_named
 from wifipgo.world.layout import room_walls
 
@@ -154,7 +155,7 @@ def test_rates_of_a_strong_link_are_the_tops_of_the_tables() -> None:
         radio = RadioConfig(bandwidth_hz=bandwidth_hz, tx_power_dbm=15.0)
         rate = probe_links(P_M, scene(), radio).rate_mbit_s
         assert (rate[~np.eye(3, dtype=bool)] == top).all()
-    assert link.LinkConfig(q_mbit_s=135.0).q_mbit_s == 135.0
+    assert rates.LinkConfig(q_mbit_s=135.0).q_mbit_s == 135.0
 
 
 @pytest.mark.parametrize(

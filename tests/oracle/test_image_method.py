@@ -7,8 +7,8 @@ import pytest
 from image_method import Face, all_paths
 from polyominoes import grown, outline
 
-from wifipgo.radio.materials import MATERIALS, SPEED_OF_LIGHT_M_S, Material, Slab
-from wifipgo.radio.paths import Paths, Surfaces, surfaces_of, trace_paths
+from wifipgo.radio.propagation.materials import MATERIALS, SPEED_OF_LIGHT_M_S, Material, Slab
+from wifipgo.radio.propagation.paths import Paths, Surfaces, surfaces_of, trace_paths
 from wifipgo.se2 import wrap_angle
 from wifipgo.segments import cross, crossings, distance_to_segments, polygon_edges
 

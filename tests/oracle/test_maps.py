@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.scenarios import scenario_named
 from wifipgo.world.layout import ArenaConfig
-from wifipgo.world.maps import check_apart, floor_of, gap_to_obstacles
+from wifipgo.world.map_checks import check_apart, floor_of, gap_to_obstacles
 from wifipgo.world.placing import random_layout
 from wifipgo.world.polygons import area_m2, inside_polygon
 

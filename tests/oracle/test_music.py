@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wifipgo.radio import aoa
-from wifipgo.radio.music import music_profiles, signal_subspace
+from wifipgo.radio.aoa.music import music_profiles, signal_subspace
 
 GRID = aoa.azimuth_grid(360)
 STEERING = aoa.turn_steering(np.linspace(-np.pi / 2.0, 0.0, 64), GRID, antenna_gap_m=0.22, wavelength_m=0.06)

@@ -9,7 +9,7 @@ import pytest
 from data_dir import data_dir
 
 from benchmarks.oracle_paths import OracleConfig, main
-from wifipgo.radio.reference_paths import compare, read_references
+from benchmarks.reference_paths import compare, read_references
 
 
 def fixture(name: str = "room_6x5_4_metal_boxes") -> dict[str, Any]:

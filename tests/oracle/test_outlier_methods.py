@@ -8,20 +8,20 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import chdtr, ndtr
 
+from baselines.reproduce.encounters import Encounter, EncounterConfig, simulate_encounter
 from wifipgo.errors import UnknownNameError
 from wifipgo.graph.bearings import Bearings, bearing_residuals, heard_along, select_bearings
 from wifipgo.graph.consistency import consistent
-from wifipgo.graph.encounters import Encounter, EncounterConfig, simulate_encounter
+from wifipgo.graph.edges import Edges, extended, select
 from wifipgo.graph.metrics import ate_trans
-from wifipgo.graph.outliers import (
+from wifipgo.graph.outliers.aoa_weights import (
     PAPER_GATE_RAD,
     PAPER_SIGMA_RAD,
     bearing,
     paper_weights,
     range_aware_weights,
 )
-from wifipgo.graph.posegraph import Edges, extended, select
-from wifipgo.graph.robust import GUARDS, solve_guarded
+from wifipgo.graph.outliers.methods import GUARDS, solve_guarded
 from wifipgo.graph.solvers import UNKNOWN_START, solve
 from wifipgo.graph.solvers._losses import HUBER_KNEE, geman_mcclure, geman_mcclure_weight, huber, huber_weight
 

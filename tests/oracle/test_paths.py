@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from data_dir import data_dir
 
-from wifipgo.radio.materials import (
+from wifipgo.radio.propagation.materials import (
     MATERIALS,
     SPEED_OF_LIGHT_M_S,
     Slab,
@@ -15,7 +15,7 @@ from wifipgo.radio.materials import (
     slab_reflection,
     slab_transmission,
 )
-from wifipgo.radio.paths import Paths, surfaces_of, trace_paths
+from wifipgo.radio.propagation.paths import Paths, surfaces_of, trace_paths
 from wifipgo.se2 import wrap_angle
 from wifipgo.segments import polygon_edges
 

@@ -7,9 +7,9 @@ from scipy import stats
 
 from wifipgo.graph.consistency import _chains as team_chains
 from wifipgo.graph.consistency import loop_chi2
-from wifipgo.graph.keyed import PoseGraph
-from wifipgo.graph.pcm import _chains, consistent_edges, pair_chi2
-from wifipgo.graph.posegraph import Edges, select
+from wifipgo.graph.edges import Edges, select
+from wifipgo.graph.outliers.pcm import _chains, consistent_edges, pair_chi2
+from wifipgo.graph.posegraph import PoseGraph
 
 
 def two_robots(seed: int, dims: int, sigma: float = 0.01) -> PoseGraph:

@@ -9,7 +9,7 @@ import pytest
 from envs.rendezvous_v0 import parallel_env
 from wifipgo import segments
 from wifipgo.world.layout import ArenaConfig
-from wifipgo.world.maps import gap_to_obstacles
+from wifipgo.world.map_checks import gap_to_obstacles
 from wifipgo.world.placing import random_layout, random_obstacles
 from wifipgo.world.polygons import area_m2
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from polyominoes import grown, outline, solid
 from scipy.spatial import ConvexHull
 
-from wifipgo.world.maps import check_apart
+from wifipgo.world.map_checks import check_apart
 from wifipgo.world.polygons import area_m2, convex_parts, inside_polygon, is_simple
 
 seeds = st.integers(0, 100_000)

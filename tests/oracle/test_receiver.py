@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wifipgo.radio import aoa, receiver
-from wifipgo.radio.bands import BANDS, SUBCARRIER_SPACING_HZ, band_of
-from wifipgo.radio.impairments import ImpairmentConfig, draw_standing, true_headings
+from wifipgo.radio import aoa
+from wifipgo.radio.channel import receiver
+from wifipgo.radio.channel.bands import BANDS, SUBCARRIER_SPACING_HZ, band_of
+from wifipgo.radio.channel.impairments import ImpairmentConfig, draw_standing, true_headings
 
 IDEAL = ImpairmentConfig(noise_floor=False, common_phase=False, timing_jitter_s=0.0)
 

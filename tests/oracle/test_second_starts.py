@@ -7,8 +7,8 @@ from graphs import random_graph
 from wifipgo import se2
 from wifipgo.errors import NumericalError
 from wifipgo.graph import Edges, end_covariances, marginal_covariances, solve
-from wifipgo.graph.keyed import PoseGraph, pose_graph
 from wifipgo.graph.optimise import optimise
+from wifipgo.graph.posegraph import PoseGraph, pose_graph
 from wifipgo.graph.solvers.spatial import solve_graph
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from wifipgo.radio import aoa
-from wifipgo.radio.bartlett import bartlett_profiles, profiles
-from wifipgo.radio.peaks import find_directions
-from wifipgo.radio.steering import Aperture, azimuth_grid, moving_antenna, turning_pair
+from wifipgo.radio.aoa.bartlett import bartlett_profiles, profiles
+from wifipgo.radio.aoa.peaks import find_directions
+from wifipgo.radio.aoa.steering import Aperture, azimuth_grid, moving_antenna, turning_pair
 
 WAVELENGTH_M = 0.06
 HEADINGS = np.linspace(-np.pi / 2.0, 0.0, 64)

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from wifipgo.radio import theory
-from wifipgo.radio.steering import Aperture, moving_antenna, turning_pair
+from wifipgo.radio.aoa import cramer_rao
+from wifipgo.radio.aoa.steering import Aperture, moving_antenna, turning_pair
 
 HEADINGS = np.linspace(-1.2, 0.0, 6)
 PAIR = turning_pair(HEADINGS, antenna_gap_m=0.22, wavelength_m=0.06)
@@ -61,10 +61,10 @@ def test_bound_is_the_inverse_information(
     expected = inverse_information(
         received(aperture, elevation_rad, elevation_known=elevation_known), np.concatenate([known, nuisance])
     )
-    found = theory.azimuth_bound_rad2(
+    found = cramer_rao.azimuth_bound_rad2(
         aperture,
         known[:1],
-        phase_variance_rad2=theory.phase_variance_rad2(
+        phase_variance_rad2=cramer_rao.phase_variance_rad2(
             SNR, n_subcarriers=N_SUBCARRIERS, random_amplitude=False
         ),
         elevation_rad=elevation_rad,
@@ -78,20 +78,20 @@ def test_noise_times_noise_is_what_the_product_has() -> None:
     rng, snr, n = np.random.default_rng(0), 0.5, 400_000
     noise = (rng.standard_normal((2, n)) + 1j * rng.standard_normal((2, n))) / np.sqrt(2.0 * snr)
     product = (1.0 + noise[0]) * (1.0 + noise[1]).conj()
-    expected = theory.phase_variance_rad2(snr, n_subcarriers=1)
+    expected = cramer_rao.phase_variance_rad2(snr, n_subcarriers=1)
     assert product.imag.var() == pytest.approx(expected, rel=0.02)
 
 
 def test_a_straight_drive_says_nothing_along_its_line() -> None:
     line = moving_antenna(np.linspace(0.0, 1.0, 9)[:, None] * [1.0, 0.0, 0.0], wavelength_m=0.06)
-    bound = theory.azimuth_bound_rad2(line, np.array([0.0, np.pi, 1.0]), phase_variance_rad2=1.0)
+    bound = cramer_rao.azimuth_bound_rad2(line, np.array([0.0, np.pi, 1.0]), phase_variance_rad2=1.0)
     assert np.isinf(bound[:2]).all()
     assert np.isfinite(bound[2])
 
 
 def test_an_unknown_elevation_costs_accuracy() -> None:
     bounds = [
-        theory.azimuth_bound_rad2(
+        cramer_rao.azimuth_bound_rad2(
             PAIR, np.array([0.3]), phase_variance_rad2=1.0, elevation_rad=0.5, elevation_known=known
         )[0]
         for known in (True, False)
@@ -101,6 +101,6 @@ def test_an_unknown_elevation_costs_accuracy() -> None:
 
 def test_no_signal_is_refused() -> None:
     with pytest.raises(ValueError, match="snr must be >= 1e-09"):
-        theory.phase_variance_rad2(0.0, n_subcarriers=30)
+        cramer_rao.phase_variance_rad2(0.0, n_subcarriers=30)
     with pytest.raises(ValueError, match="n_subcarriers must be > 0"):
-        theory.phase_variance_rad2(1.0, n_subcarriers=0)
+        cramer_rao.phase_variance_rad2(1.0, n_subcarriers=0)

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wifipgo.chance import Streams
 from wifipgo.loop import start
 from wifipgo.scenarios import Scenario, scenario_named
+from wifipgo.streams import Streams
 
 QUIET = {"noise_floor": False, "common_phase": False, "timing_jitter_s": 0.0}
 PLACES = ((0.1, 0.0), (-0.1, 0.0), (0.0, 0.08))

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 
 from wifipgo.radio.aoa import azimuth_grid, displacement_steering
-from wifipgo.radio.aperture import (
+from wifipgo.radio.aoa.moving_aperture import (
     ApertureConfig,
     Bearing,
     aperture_bearing,

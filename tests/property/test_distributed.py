@@ -10,8 +10,8 @@ from wifipgo import se2, se3
 from wifipgo.graph.chordal import chordal_cost, chordal_optimum, links, matrices, two_stage
 from wifipgo.graph.distributed import Channel, DistributedConfig, solve_distributed
 from wifipgo.graph.distributed.team import make_robots
-from wifipgo.graph.keyed import PoseGraph
-from wifipgo.graph.parts import of_edges, of_robots
+from wifipgo.graph.posegraph import PoseGraph
+from wifipgo.graph.subgraphs import of_edges, of_robots
 
 EXACT = DistributedConfig(threshold=1e-9, refinements=0, max_rounds=20_000)
 DIMS = st.sampled_from([3, 7])

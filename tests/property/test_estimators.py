@@ -5,15 +5,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wifipgo.chance import Streams
 from wifipgo.errors import UnknownNameError
 from wifipgo.graph import Smoothers, ate_trans, residual_error, solve
-from wifipgo.graph.by_robots import solve_by_robots
+from wifipgo.graph.distributed.simulated_team import solve_by_robots
 from wifipgo.loop import advance, start
-from wifipgo.meetings import BYTES_PER_PING
+from wifipgo.loop.exchange import BYTES_PER_PING
 from wifipgo.rendezvous import RendezvousConfig
 from wifipgo.scenarios import scenario_named
 from wifipgo.state import Commands, Tick
+from wifipgo.streams import Streams
 
 SMALL = {"size_m": 3.0, "lidar_range_m": 2.0}
 
@@ -160,7 +160,7 @@ def test_headings_that_are_hardly_known_are_solved_with_more_digits(monkeypatch:
         careful.append(options.get("careful", False))
         return Smoothers(n_robots, **options)
 
-    monkeypatch.setattr("wifipgo.every_step.Smoothers", noted)
+    monkeypatch.setattr("wifipgo.graph.per_robot_smoothing.Smoothers", noted)
     monkeypatch.setitem(SMALL, "size_m", 20.0)
     belief = episode(n_steps=25, n_robots=3, estimator="every_step", sigma_t_m=0.0, sigma_r_rad=1.2).belief
     assert careful[-1]

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 
 from wifipgo.radio.aoa import azimuth_grid
-from wifipgo.radio.expected_error import EXPONENT, confidences, expected_errors_rad, least_confident
+from wifipgo.radio.aoa.confidence import EXPONENT, confidences, expected_errors_rad, least_confident
 
 
 def lines(heights: dict[int, float]) -> np.ndarray:

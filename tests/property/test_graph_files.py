@@ -10,9 +10,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from wifipgo.errors import GraphFileError, TextFileError
-from wifipgo.graph.files import read_g2o, write_g2o
-from wifipgo.graph.keyed import PoseGraph
-from wifipgo.graph.parts import appended, components, of_robots
+from wifipgo.graph.files.g2o import read_g2o, write_g2o
+from wifipgo.graph.posegraph import PoseGraph
+from wifipgo.graph.subgraphs import appended, components, of_robots
 
 ONE = " 1 0 0 1 0 1"
 GOOD = f"VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 1 1 0 0{ONE}\n"

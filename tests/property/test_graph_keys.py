@@ -9,8 +9,8 @@ import pytest
 from graphs import random_graph
 
 from wifipgo.errors import GraphFileError, TextFileError
-from wifipgo.graph.files import read_g2o, write_g2o
-from wifipgo.graph.keyed import PoseGraph
+from wifipgo.graph.files.g2o import read_g2o, write_g2o
+from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.residuals import chi_squares
 
 ONE = "1 0 0 1 0 1"

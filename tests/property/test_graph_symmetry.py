@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wifipgo import se2
+from wifipgo.graph.edges import Edges, select
 from wifipgo.graph.metrics import ERR_WEIGHTS, ate_rot, ate_trans, residual_error
-from wifipgo.graph.outliers import PAPER_GATE_RAD, likelihood, paper_weights
-from wifipgo.graph.posegraph import Edges, select
+from wifipgo.graph.outliers.aoa_weights import PAPER_GATE_RAD, likelihood, paper_weights
 from wifipgo.graph.solvers import solve, solve_team
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -5,14 +5,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wifipgo.chance import Streams
 from wifipgo.errors import UnknownNameError
 from wifipgo.graph import GUARDS, ate_trans
 from wifipgo.graph.bearings import bearing_residuals
 from wifipgo.loop import advance, start
-from wifipgo.meetings import BYTES_PER_BEARING
+from wifipgo.loop.exchange import BYTES_PER_BEARING
 from wifipgo.scenarios import scenario_named
 from wifipgo.state import Commands, Tick
+from wifipgo.streams import Streams
 
 SMALL = {
     "size_m": 3.0,

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis.extra import numpy as hnp
 
 from wifipgo.errors import RecordingError
-from wifipgo.radio.intel5300 import (
+from wifipgo.radio.recordings.intel5300 import (
     BLOCK_BYTES,
     HOST_STAMPED,
     LAYOUTS,

@@ -13,7 +13,7 @@ import envs._rendezvous
 import wifipgo.loop
 from envs._episode import Episode
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
-from wifipgo.every_step import Memory
+from wifipgo.graph.per_robot_smoothing import Memory
 from wifipgo.scenarios import scenario_named
 from wifipgo.state import Commands
 from wifipgo.world.arena import Arena

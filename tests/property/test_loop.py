@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from envs._observation import observe
-from wifipgo.chance import Streams
 from wifipgo.graph import ate_rot, ate_trans
 from wifipgo.loop import advance, start
 from wifipgo.scenarios import SCENARIOS, Scenario, scenario_named
 from wifipgo.state import Belief, Commands, Tick, Truth
+from wifipgo.streams import Streams
 
 
 def episode(scenario: Scenario, seed: int, *, n_steps: int, stand: bool = False) -> list[Tick]:

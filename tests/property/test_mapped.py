@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from envs.rendezvous_v0 import REWARDS, parallel_env
 from property.test_loop import episode
 from wifipgo import se2
-from wifipgo.mapped import Mapped, first_map, updated_map
 from wifipgo.scenarios import scenario_named
 from wifipgo.state import Tick
 from wifipgo.world.coverage import CELL_M, TOLERANCE_M, empty_map, reveal
 from wifipgo.world.layout import Layout, room_walls
+from wifipgo.world.map_accuracy import Mapped, first_map, updated_map
 
 CROWDED = scenario_named("paper-hw-2", n_obstacles=2, size_m=8.0)
 

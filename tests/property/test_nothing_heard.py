@@ -8,7 +8,7 @@ import pytest
 
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.radio import aoa
-from wifipgo.radio.receiver import reported
+from wifipgo.radio.channel.receiver import reported
 
 STEERING = aoa.turn_steering(
     np.linspace(-np.pi / 2.0, 0.0, 8), aoa.azimuth_grid(72), antenna_gap_m=0.22, wavelength_m=0.06

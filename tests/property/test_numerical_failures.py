@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from envs.rendezvous_v0 import parallel_env
-from wifipgo.graph.outliers import likelihood, range_aware_weights
+from wifipgo.graph.outliers.aoa_weights import likelihood, range_aware_weights
 
 
 @pytest.mark.parametrize("estimator", ["at_rendezvous", "every_step"])

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from baselines.reproduce.encounters import Encounter, EncounterConfig, simulate_encounter
 from wifipgo import se2
 from wifipgo.graph.bearings import select_bearings
-from wifipgo.graph.encounters import Encounter, EncounterConfig, simulate_encounter
+from wifipgo.graph.edges import select
 from wifipgo.graph.metrics import ate_rot, ate_trans
-from wifipgo.graph.posegraph import select
-from wifipgo.graph.robust import GUARDS, solve_guarded
+from wifipgo.graph.outliers.methods import GUARDS, solve_guarded
 
 SEEDS = st.integers(0, 10_000)
 STOP = 2e-3  # m and rad: where searches that start from rounded numbers stop

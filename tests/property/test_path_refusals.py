@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from wifipgo.errors import UnknownNameError
-from wifipgo.radio.csi import RadioConfig
-from wifipgo.radio.hearing import probe_links
-from wifipgo.radio.materials import MATERIALS, Material, Slab, relative_permittivity
-from wifipgo.radio.paths import Paths, Surfaces, surfaces_of, trace_paths
+from wifipgo.radio.channel.csi import RadioConfig
+from wifipgo.radio.propagation.materials import MATERIALS, Material, Slab, relative_permittivity
+from wifipgo.radio.propagation.paths import Paths, Surfaces, surfaces_of, trace_paths
+from wifipgo.radio.turn_profiles import probe_links
 from wifipgo.segments import polygon_edges
 
 CARRIER_HZ = 5.0e9

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wifipgo.radio.materials import (
+from wifipgo.radio.propagation.materials import (
     MATERIALS,
     Material,
     Slab,
@@ -16,7 +16,7 @@ from wifipgo.radio.materials import (
     slab_reflection,
     slab_transmission,
 )
-from wifipgo.radio.paths import Paths, Surfaces, reverse, surfaces_of, trace_paths
+from wifipgo.radio.propagation.paths import Paths, Surfaces, reverse, surfaces_of, trace_paths
 from wifipgo.se2 import apply, wrap_angle
 from wifipgo.segments import polygon_edges
 

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from baselines._episodes import run_episode
-from envs import _render_colours as colours
-from envs._render import Viewer
-from envs._render_config import RenderConfig
-from envs._render_scene import SIGMAS_95, Camera, lobes, rings, scene_of
+from baselines.evaluation.episodes import run_episode
+from envs.render import colours
+from envs.render.config import RenderConfig
+from envs.render.scene import SIGMAS_95, Camera, lobes, rings, scene_of
+from envs.render.viewer import Viewer
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario, scenario_named
 from wifipgo.state import Tick, World

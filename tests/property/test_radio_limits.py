@@ -8,8 +8,8 @@ import pytest
 
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.errors import BadInputError
-from wifipgo.radio.materials import Material, Slab, relative_permittivity, slab_reflection
-from wifipgo.radio.surfaces import Surfaces
+from wifipgo.radio.propagation.materials import Material, Slab, relative_permittivity, slab_reflection
+from wifipgo.radio.propagation.surfaces import Surfaces
 
 # Fields, their least and their largest value, and what else has to be so for them to count.
 LIMITS: dict[str, tuple[Any, Any, dict[str, Any]]] = {

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from synthetic_run import STAMP, write_run
 
-from wifipgo.radio.intel5300 import BLOCK_BYTES, STOCK, CsiLog, encode_csi_log, read_csi_log
 from wifipgo.radio.recordings import bearing, main
-from wifipgo.radio.wsr import MACS, pair, read_links
+from wifipgo.radio.recordings.intel5300 import BLOCK_BYTES, STOCK, CsiLog, encode_csi_log, read_csi_log
+from wifipgo.radio.recordings.wsr_dataset import MACS, pair, read_links
 
 SPOTS_M = {"tx2": (-2.4, 2.6, 0.7), "tx3": (2.5, -2.6, 0.5), "tx4": (-3.7, -1.5, 0.3)}
 RX, TX3 = f"csi_rx_{STAMP}.dat", f"csi_tx3_{STAMP}.dat"

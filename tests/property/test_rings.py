@@ -4,8 +4,8 @@ import math
 
 import pytest
 
+from wifipgo.coerce import key_value
 from wifipgo.scenarios import scenario_named
-from wifipgo.settings import key_value
 
 SQUARE = [[4.0, 4.0], [8.0, 4.0], [8.0, 8.0], [4.0, 8.0]]
 

@@ -11,9 +11,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from envs.rendezvous_v0 import parallel_env
-from wifipgo.scenario_files import toml_text
+from wifipgo.coerce import key_value
 from wifipgo.scenarios import SCENARIOS, Scenario, field_owners, scenario_named, scenario_toml
-from wifipgo.settings import key_value
+from wifipgo.scenarios.toml_files import toml_text
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"]))
 

@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from baselines._specs import split_list, split_spec
 from baselines.policies import POLICIES
+from baselines.policies.specs import split_list, split_spec
+from wifipgo.coerce import settings
 from wifipgo.errors import BadInputError
 from wifipgo.overrides import joined
-from wifipgo.settings import settings
 
 PATHS = [
     "/x/2026-01-02T12:30:00/policy.npz",

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from envs._observation import layout, observe
 from property.test_loop import episode
-from wifipgo.drift import spread_m
+from wifipgo.graph.covariance import spread_m
 from wifipgo.scenarios import Scenario, scenario_named
 from wifipgo.se2 import length
 from wifipgo.state import Belief
-from wifipgo.survey import N_BINS, probability_in_place, surveyed
 from wifipgo.world.coverage import TOLERANCE_M
+from wifipgo.world.coverage_belief import N_BINS, probability_in_place, surveyed
 from wifipgo.world.sensing import sight_robots
 
 SMALL = scenario_named("paper-sim-2", size_m=9.0)

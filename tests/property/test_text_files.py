@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from wifipgo.errors import BadInputError, TextFileError
-from wifipgo.scenario_files import read_toml
+from wifipgo.scenarios.toml_files import read_toml
 from wifipgo.text_files import number, read_json, read_lines, read_text, whole_number
 
 PLAIN = st.text(st.characters(exclude_categories=["Cc", "Cs"], exclude_characters="\ufeff"))

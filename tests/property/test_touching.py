@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from wifipgo.errors import BadInputError
-from wifipgo.radio.materials import Slab, slab_transmission
-from wifipgo.radio.paths import Paths, Surfaces, surfaces_of, trace_paths
+from wifipgo.radio.propagation.materials import Slab, slab_transmission
+from wifipgo.radio.propagation.paths import Paths, Surfaces, surfaces_of, trace_paths
 from wifipgo.segments import polygon_edges
 
 CARRIER_HZ = 5.0e9

@@ -8,7 +8,7 @@ import pytest
 from graphs import random_graph
 
 from wifipgo.errors import TextFileError
-from wifipgo.graph.trajectories import read_kitti, read_tum, write_kitti, write_tum
+from wifipgo.graph.files.tum_kitti import read_kitti, read_tum, write_kitti, write_tum
 
 GOOD = "0.5 1 2 3 0 0 0 1"
 MATRIX = "1 0 0 5 0 1 0 6 0 0 1 7"

@@ -3,15 +3,16 @@
 import numpy as np
 import pytest
 
-from wifipgo.radio import aoa, link
+from wifipgo.radio import aoa
+from wifipgo.radio.aoa.confidence import expected_errors_rad
+from wifipgo.radio.channel import rates
+from wifipgo.radio.channel.csi import RadioConfig
+from wifipgo.radio.channel.impairments import ImpairmentConfig, draw_standing
 from wifipgo.radio.confidence import confidence
-from wifipgo.radio.csi import RadioConfig
-from wifipgo.radio.diffuse import with_diffuse
-from wifipgo.radio.expected_error import expected_errors_rad
-from wifipgo.radio.hearing import listen, probe_links
-from wifipgo.radio.impairments import ImpairmentConfig, draw_standing
-from wifipgo.radio.materials import Slab
-from wifipgo.radio.paths import surfaces_of, trace_paths
+from wifipgo.radio.propagation.diffuse_scattering import with_diffuse
+from wifipgo.radio.propagation.materials import Slab
+from wifipgo.radio.propagation.paths import surfaces_of, trace_paths
+from wifipgo.radio.turn_profiles import listen, probe_links
 from wifipgo.segments import polygon_edges
 
 ROOM_M = polygon_edges(np.array([[0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [0.0, 20.0]]))
@@ -39,5 +40,5 @@ def test_what_is_too_small_to_tell_from_nothing_is_nothing(estimator: str, noise
         with_diffuse(paths, P_M[:1], P_M[1:2], standing.diffuse, carrier_hz=5e9)  # type: ignore[arg-type]
         confidence(profile), expected_errors_rad(profile, np.zeros(len(profile)))
         expected_errors_rad(np.full((1, 72), 1e-30) ** np.linspace(0.0, 4.0, 72), np.zeros(1))
-        link.carried(np.geomspace(1e-300, 1e300, 30)[None].clip(0.0, 1e30)), link.esnr_db(np.ones((2, 30)))
+        rates.carried(np.geomspace(1e-300, 1e300, 30)[None].clip(0.0, 1e30)), rates.esnr_db(np.ones((2, 30)))
     assert np.isfinite(profile).all()

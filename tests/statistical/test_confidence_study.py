@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.confidence_study import rejection_curve, study
 from benchmarks.simulated_rooms import TIMING_S, WAVELENGTH_M, draw_link, draw_room, two_way_product
-from wifipgo.radio.aperture import aperture_profiles
+from wifipgo.radio.aoa.moving_aperture import aperture_profiles
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -6,7 +6,7 @@ from jaxtyping import Float
 from property.test_loop import episode
 
 from wifipgo import se2
-from wifipgo.drift import before_known_end, from_known_place, spread_m
+from wifipgo.graph.covariance import before_known_end, from_known_place, spread_m
 from wifipgo.graph.growth import dead_reckoned
 from wifipgo.scenarios import scenario_named
 

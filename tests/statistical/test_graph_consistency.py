@@ -8,8 +8,8 @@ from scipy import stats
 
 from wifipgo import se2
 from wifipgo.graph import end_covariances
+from wifipgo.graph.edges import Edges, retold
 from wifipgo.graph.metrics import ate_trans, residual_error
-from wifipgo.graph.posegraph import Edges, retold
 from wifipgo.graph.solvers import Report, solve_team
 
 SIGMA, N_TIMES, N_TRIALS, FIRST_SEED = (0.05, 0.02), 8, 200, 1_000_000

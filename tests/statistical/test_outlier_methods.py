@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from baselines.reproduce.encounters import EncounterConfig, simulate_encounter
 from wifipgo.graph.consistency import _chains, loop_chi2
-from wifipgo.graph.encounters import EncounterConfig, simulate_encounter
+from wifipgo.graph.edges import select
 from wifipgo.graph.metrics import ate_rot, ate_trans
-from wifipgo.graph.posegraph import select
-from wifipgo.graph.robust import solve_guarded
+from wifipgo.graph.outliers.methods import solve_guarded
 
 N_TRIALS = 20
 

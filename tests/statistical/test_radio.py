@@ -3,9 +3,11 @@
 import numpy as np
 
 from wifipgo import se2
-from wifipgo.radio import aoa, csi, theory
-from wifipgo.radio.paths import Paths
-from wifipgo.radio.steering import turning_pair
+from wifipgo.radio import aoa
+from wifipgo.radio.aoa import cramer_rao
+from wifipgo.radio.aoa.steering import turning_pair
+from wifipgo.radio.channel import csi
+from wifipgo.radio.propagation.paths import Paths
 from wifipgo.world.sensing import SensingConfig, observe_robots, odometry
 
 GAP_M, WAVELENGTH_M = 0.22, 0.06
@@ -35,8 +37,10 @@ def test_one_path_is_found_within_1_5_times_the_cramer_rao_variance() -> None:
     azimuths = 0.6 + np.linspace(-0.5, 0.5, 101)
     pair = turning_pair(aoa.turn_headings(aoa.AoaConfig()), antenna_gap_m=GAP_M, wavelength_m=WAVELENGTH_M)
     for snr_db in (10.0, 15.0, 20.0, 25.0, 30.0):
-        phase = theory.phase_variance_rad2(10.0 ** (snr_db / 10.0), n_subcarriers=30, random_amplitude=False)
-        bound = theory.azimuth_bound_rad2(pair, azimuths, phase_variance_rad2=phase).mean()
+        phase = cramer_rao.phase_variance_rad2(
+            10.0 ** (snr_db / 10.0), n_subcarriers=30, random_amplitude=False
+        )
+        bound = cramer_rao.azimuth_bound_rad2(pair, azimuths, phase_variance_rad2=phase).mean()
         variance = np.mean(bearing_errors(snr_db, 600) ** 2)
         assert 0.8 * bound < variance < 1.5 * bound
 

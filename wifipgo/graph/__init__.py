@@ -1,17 +1,16 @@
 """Graph wing: pose graphs, their solvers, outliers and metrics."""
 
+from wifipgo.graph.anchor_bearings import NO_PINGS, Pings, extended_pings, select_pings
 from wifipgo.graph.bearings import Bearings, extended_bearings, select_bearings
-from wifipgo.graph.by_robots import solve_by_robots
 from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport, solve_distributed
-from wifipgo.graph.files import read_g2o, write_g2o
+from wifipgo.graph.distributed.simulated_team import solve_by_robots
+from wifipgo.graph.edges import Edges, extended, retold, select
+from wifipgo.graph.files.g2o import read_g2o, write_g2o
 from wifipgo.graph.growth import dead_reckoned
-from wifipgo.graph.keyed import PoseGraph, pose_graph
 from wifipgo.graph.metrics import ERR_WEIGHTS, ate_rot, ate_trans, residual_error
-from wifipgo.graph.outliers import bearing, paper_weights
-from wifipgo.graph.parts import anchors, appended, components, from_team, of_robots
-from wifipgo.graph.pings import NO_PINGS, Pings, extended_pings, select_pings
-from wifipgo.graph.posegraph import Edges, extended, retold, select
-from wifipgo.graph.robust import GUARDS, Guard, direction_weights, solve_guarded
+from wifipgo.graph.outliers.aoa_weights import bearing, paper_weights
+from wifipgo.graph.outliers.methods import GUARDS, Guard, direction_weights, solve_guarded
+from wifipgo.graph.posegraph import PoseGraph, pose_graph
 from wifipgo.graph.solvers import (
     THIRD_PARTY,
     TOLD_SIGMA,
@@ -27,6 +26,7 @@ from wifipgo.graph.solvers import (
 )
 from wifipgo.graph.solvers._problem import NOTHING
 from wifipgo.graph.solvers.spatial import marginal_covariances, solve_graph
+from wifipgo.graph.subgraphs import anchors, appended, components, from_team, of_robots
 
 __all__ = [
     "ERR_WEIGHTS",

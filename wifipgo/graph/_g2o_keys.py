@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from wifipgo.errors import GraphFileError
-from wifipgo.graph._g2o_lines import FileLines, Line
+from wifipgo.graph.files._g2o_lines import FileLines, Line
 
 LETTERS = string.ascii_lowercase + string.ascii_uppercase
 INDEX_BITS = 56  # of a symbol

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo.errors import require
-from wifipgo.graph.posegraph import Edges
+from wifipgo.graph.edges import Edges
 from wifipgo.se2 import rotate, wrap_angle
 
 # m. Below, robots would stand in each other: the estimates are off by more than the range, and the direction

@@ -16,8 +16,8 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 from wifipgo import se3
-from wifipgo.graph.keyed import PoseGraph
-from wifipgo.graph.parts import held
+from wifipgo.graph.posegraph import PoseGraph
+from wifipgo.graph.subgraphs import held
 from wifipgo.underflow import harmless_underflow
 
 # Tangent directions of rotations in the plane and in space: exp(sum_k a_k G_k).

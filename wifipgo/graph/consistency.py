@@ -13,7 +13,7 @@ from scipy.special import chdtri
 
 from wifipgo import se2
 from wifipgo.graph.cliques import largest_clique
-from wifipgo.graph.posegraph import Edges, select
+from wifipgo.graph.edges import Edges, select
 from wifipgo.underflow import harmless_underflow
 
 CONFIDENCE = 0.99  # share of pairs of good measurements that pass

@@ -6,8 +6,8 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 from wifipgo import se2, se3
-from wifipgo.graph.keyed import PoseGraph
-from wifipgo.graph.parts import anchors
+from wifipgo.graph.posegraph import PoseGraph
+from wifipgo.graph.subgraphs import anchors
 
 
 def first_guess(graph: PoseGraph) -> Float[np.ndarray, "poses dims"]:

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from wifipgo.errors import pick
-from wifipgo.graph.posegraph import Edges
+from wifipgo.graph.edges import Edges
 from wifipgo.underflow import harmless_underflow
 
 # Whether each term of Eq. 4 is divided by the variance of its measurement.

@@ -17,19 +17,19 @@ import numpy as np
 import tyro
 from jaxtyping import Float, Int
 
+from baselines.evaluation.worker_process import in_a_process
 from wifipgo.command_line import exit_code, printable, say
 from wifipgo.errors import DoubtfulError, require
 from wifipgo.folder_lock import held
 from wifipgo.graph.chordal import chordal_cost, links, matrices
 from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport, solve_distributed
-from wifipgo.graph.files import Reading, read_g2o
-from wifipgo.graph.keyed import PoseGraph
-from wifipgo.graph.parts import components
-from wifipgo.graph.pcm import consistent_sets
+from wifipgo.graph.distributed.robust import solve_reweighted
+from wifipgo.graph.files.g2o import Reading, read_g2o
+from wifipgo.graph.outliers.pcm import consistent_sets
+from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.residuals import chi_squares
-from wifipgo.graph.reweighted import solve_reweighted
 from wifipgo.graph.solvers.spatial import FULL_WEIGHT, solve_graph
-from wifipgo.processes import in_a_process
+from wifipgo.graph.subgraphs import components
 
 Backend = Literal["gtsam", "distributed"]
 Robust = Literal["none", "huber", "gnc", "pcm"]
@@ -199,7 +199,7 @@ def run(
         lenient: Skip lines with unknown tags, and list them.
         overwrite: Replace results that are in the folder.
     """
-    from wifipgo.graph._optimise_report import Results, print_table  # noqa: PLC0415
+    from wifipgo.graph.files.optimise_report import Results, print_table  # noqa: PLC0415
 
     require(0.0 < threshold < np.inf, "threshold", "positive and finite", threshold)
     with held(out):

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from wifipgo import se2, se3
-from wifipgo.graph.keyed import PoseGraph
+from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.underflow import harmless_underflow
 
 PLANAR = [0, 1, 5]  # places of (x, y, yaw) in a tangent vector of space

@@ -8,10 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wifipgo.radio._recordings_report import error_deg
 from wifipgo.radio.aoa import azimuth_grid
-from wifipgo.radio.aperture import Bearing
-from wifipgo.radio.wsr import Link
+from wifipgo.radio.aoa.moving_aperture import Bearing
+from wifipgo.radio.recordings.report import error_deg
+from wifipgo.radio.recordings.wsr_dataset import Link
 
 OURS, TRUTH, TOOLBOX, OTHER = "#1f6fb4", "#d4570b", "#6b7280", "#9dbfdd"
 

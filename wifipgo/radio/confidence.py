@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from wifipgo.radio.peaks import find_peaks
+from wifipgo.radio.aoa.peaks import find_peaks
 
 
 class Confidence(NamedTuple):
@@ -35,7 +35,7 @@ def confidence(profile: Float[np.ndarray, "links grid"]) -> Confidence:
     power of the profile; here the scale of a profile makes no difference.
 
     Args:
-        profile: At least 0, on `wifipgo.radio.steering.azimuth_grid`.
+        profile: At least 0, on `wifipgo.radio.aoa.steering.azimuth_grid`.
     """
     peaks = find_peaks(profile, n_peaks=2)
     there = peaks.height[:, 0] > 0.0

@@ -7,10 +7,10 @@ import numpy as np
 from jaxtyping import Float
 
 from wifipgo import segments
+from wifipgo.coerce import fitted
 from wifipgo.errors import require, require_within
-from wifipgo.settings import fitted
-from wifipgo.world import maps
-from wifipgo.world.maps import Corners
+from wifipgo.world import map_checks
+from wifipgo.world.map_checks import Corners
 
 # What memory and time allow: a map of the room has a cell for each square metre.
 _MOST_M, _MOST_SUBSTEPS, _MOST_ITEMS = 2_000.0, 10_000, 5_000
@@ -51,7 +51,7 @@ class ArenaConfig:
         step_scale: One factor per robot on the step, or empty for all 1.
         n_substeps: Substeps of the physics in an iteration.
         lidar_range_m: How far the lidar sees.
-        wall_material: Material of the walls, a name in `wifipgo.radio.materials.MATERIALS`.
+        wall_material: Material of the walls, a name in `wifipgo.radio.propagation.materials.MATERIALS`.
         wall_thickness_m: Thickness of the walls, for the radio.
         obstacle_material: Material of the obstacles.
         obstacle_thickness_m: Thickness of an obstacle's sides, for the radio.
@@ -113,16 +113,16 @@ class ArenaConfig:
 
     def _check_map(self) -> None:
         """Check what was placed by hand; obstacles are kept counter-clockwise."""
-        given = fitted(self.obstacles_m, tuple[Corners, ...], maps.OBSTACLES)
-        obstacles_m = maps.counter_clockwise(given, size_m=self.size_m)
-        starts = fitted(self.starts, tuple[tuple[float, float, float], ...], maps.STARTS)
+        given = fitted(self.obstacles_m, tuple[Corners, ...], map_checks.OBSTACLES)
+        obstacles_m = map_checks.counter_clockwise(given, size_m=self.size_m)
+        starts = fitted(self.starts, tuple[tuple[float, float, float], ...], map_checks.STARTS)
         object.__setattr__(self, "obstacles_m", obstacles_m)
         object.__setattr__(self, "starts", starts)
-        maps.check_apart(obstacles_m)
+        map_checks.check_apart(obstacles_m)
         body = {"size_m": self.size_m, "radius_m": self.robot_radius_m}
-        maps.check_starts(starts, obstacles_m, **body)
+        map_checks.check_starts(starts, obstacles_m, **body)
         if obstacles_m:
-            maps.check_room_left(obstacles_m, starts, **body)
+            map_checks.check_room_left(obstacles_m, starts, **body)
 
     def steps_m(self, n_robots: int) -> Float[np.ndarray, " robots"]:
         """Longest drive of each robot in an iteration."""

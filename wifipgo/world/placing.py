@@ -12,9 +12,9 @@ from scipy.spatial import cKDTree
 
 from wifipgo import segments
 from wifipgo.errors import BadInputError, require
-from wifipgo.world import maps
+from wifipgo.world import map_checks
 from wifipgo.world.layout import ArenaConfig, Layout, room_walls
-from wifipgo.world.maps import Outlines, gap_to_obstacles
+from wifipgo.world.map_checks import Outlines, gap_to_obstacles
 from wifipgo.world.polygons import area_m2
 
 # So many boxes or starts in a row that do not fit, and the room is taken to be full.
@@ -221,5 +221,5 @@ def _is_free(p_m: Float[np.ndarray, "1 2"], obstacles: Outlines, margin_m: float
 def _in_largest_part(p_m: np.ndarray, cfg: ArenaConfig) -> bool:
     if not cfg.obstacles_m:
         return True
-    floor = maps.floor_of(cfg.obstacles_m, cfg.size_m, cfg.robot_radius_m)
+    floor = map_checks.floor_of(cfg.obstacles_m, cfg.size_m, cfg.robot_radius_m)
     return bool(floor.part_of(p_m)[0] == floor.largest)

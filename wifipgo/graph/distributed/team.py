@@ -5,8 +5,8 @@ from jaxtyping import Int
 
 from wifipgo.graph.chordal import Links, Poses, chosen, links
 from wifipgo.graph.distributed.robot import Knowledge, Robot
-from wifipgo.graph.keyed import PoseGraph
-from wifipgo.graph.parts import held
+from wifipgo.graph.posegraph import PoseGraph
+from wifipgo.graph.subgraphs import held
 
 
 def make_robots(

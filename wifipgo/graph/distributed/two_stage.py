@@ -17,7 +17,7 @@ from wifipgo.graph.distributed.channel import Channel
 from wifipgo.graph.distributed.robot import Robot
 from wifipgo.graph.distributed.rounds import DistributedConfig, Stage, run_stage, tell_all
 from wifipgo.graph.distributed.team import make_robots
-from wifipgo.graph.keyed import PoseGraph, normalised
+from wifipgo.graph.posegraph import PoseGraph, normalised
 from wifipgo.threads import one_thread
 from wifipgo.underflow import harmless_underflow
 

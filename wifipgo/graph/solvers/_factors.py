@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int
 
 from wifipgo import se2
 from wifipgo.graph.bearings import Bearings
-from wifipgo.graph.posegraph import Edges
+from wifipgo.graph.edges import Edges
 from wifipgo.graph.solvers._losses import geman_mcclure, huber
 from wifipgo.graph.solvers._near_bearings import near_bearing
 

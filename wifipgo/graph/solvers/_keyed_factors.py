@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo import se3
-from wifipgo.graph.keyed import PoseGraph, normalised
-from wifipgo.graph.parts import held
+from wifipgo.graph.posegraph import PoseGraph, normalised
+from wifipgo.graph.subgraphs import held
 
 ANCHOR_SIGMA = 1e-6  # m and rad
 HUBER_KNEE = 1.345  # in sigmas, the customary one

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo.errors import pick, require
-from wifipgo.graph.posegraph import Edges, select
+from wifipgo.graph.edges import Edges, select
 from wifipgo.graph.solvers._factors import add, add_anchors, between_factors, told_factors
 
 # What an edge to a robot outside the solve does: whether it holds its tail to the pose that was told.

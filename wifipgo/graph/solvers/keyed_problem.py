@@ -4,8 +4,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo.graph.chordal import matrices, pose_rows, two_stage
-from wifipgo.graph.keyed import PoseGraph, pose_graph
-from wifipgo.graph.posegraph import Edges, select
+from wifipgo.graph.edges import Edges, select
+from wifipgo.graph.posegraph import PoseGraph, pose_graph
 from wifipgo.graph.solvers._problem import TOLD_SIGMA, Problem
 
 

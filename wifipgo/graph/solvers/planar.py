@@ -11,10 +11,11 @@ from jaxtyping import Bool, Float, Int
 
 from wifipgo.errors import pick
 from wifipgo.graph.bearings import NEAREST_M, Bearings, bearing_residuals, select_bearings
-from wifipgo.graph.posegraph import Edges
-from wifipgo.graph.solvers._banded import Lowest, lowest
+from wifipgo.graph.edges import Edges
+from wifipgo.graph.solvers._banded_cholesky import Lowest, lowest
 from wifipgo.graph.solvers._elimination import named
 from wifipgo.graph.solvers._factors import add_bearings, keys
+from wifipgo.graph.solvers._gtsam_search import Found, as_values, least_squares, optimise, truncate
 from wifipgo.graph.solvers._losses import BEARING_C, LOSSES, geman_mcclure_weight, huber_weight
 from wifipgo.graph.solvers._problem import (
     ANCHOR_SIGMA,
@@ -25,9 +26,8 @@ from wifipgo.graph.solvers._problem import (
     name_of,
     posed,
 )
-from wifipgo.graph.solvers._search import Found, as_values, least_squares, optimise, truncate
-from wifipgo.graph.solvers.ends import last_rows
 from wifipgo.graph.solvers.keyed_problem import chordal_start
+from wifipgo.graph.solvers.marginals import last_rows
 from wifipgo.graph.solvers.report import Report, WeighedDown
 from wifipgo.threads import one_thread
 from wifipgo.underflow import harmless_underflow

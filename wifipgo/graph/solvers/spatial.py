@@ -17,7 +17,7 @@ from scipy.special import chdtri
 from wifipgo.errors import NumericalError, pick, require
 from wifipgo.graph.chordal import matrices, pose_rows, two_stage
 from wifipgo.graph.first_guess import first_guess
-from wifipgo.graph.keyed import PoseGraph, normalised
+from wifipgo.graph.posegraph import PoseGraph, normalised
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers._elimination import (
     MAX_ITERATIONS,

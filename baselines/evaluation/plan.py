@@ -1,0 +1,121 @@
+"""What an evaluation runs: scenario, policies, trials and seed; and its record on disk."""
+
+import json
+import platform
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from functools import cache
+from hashlib import sha256
+from importlib import metadata
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from baselines.evaluation.episodes import trial_seed
+from baselines.policies import make_policy
+from envs.rendezvous_v0 import parallel_env
+from wifipgo.errors import require
+from wifipgo.scenarios import SCENARIOS, Scenario
+from wifipgo.text_files import read_json
+
+_RECORD: Mapping[str, type] = {"scenario": dict, "policies": list, "trials": int, "seed": int}
+_PACKAGES = ("wifipgo", "numpy", "gtsam", "pymunk", "pettingzoo")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """Every policy on every trial; trial k has the same seed for all policies.
+
+    Attributes:
+        scenario: What is played.
+        policies: Specs, in the order of tables and pictures.
+        trials: Worlds that every policy meets.
+        seed: Root of the seeds of all trials.
+        trials_from: Number of the first trial: the others of a job array belong to other jobs.
+    """
+
+    scenario: Scenario
+    policies: tuple[str, ...]
+    trials: int
+    seed: int
+    trials_from: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse, before anything runs, what could not run."""
+        require(self.trials >= 1, "trials", ">= 1", self.trials)
+        require(self.seed >= 0, "seed", ">= 0", self.seed)
+        require(self.trials_from >= 0, "trials-from", ">= 0", self.trials_from)
+        require(bool(self.policies), "policies", "one or more, separated by commas", self.policies)
+        require(len(set(self.policies)) == len(self.policies), "policies", "all different", self.policies)
+        for policy in self.policies:
+            make_policy(policy, self.scenario)
+        parallel_env(scenario=self.scenario).reset(seed=trial_seed(self.seed, self.trials_from))
+
+    @property
+    def title(self) -> str:
+        """Name of the scenario, and what was changed in it."""
+        named = SCENARIOS.get(self.scenario.name)
+        if named is None or named == self.scenario:
+            return self.scenario.name
+        changed = [
+            f"{n.split('.')[-1]}={now}" for n, _, now in differences(asdict(named), asdict(self.scenario))
+        ]
+        return f"{self.scenario.name} ({', '.join(changed[:3])}{', ...' if len(changed) > 3 else ''})"
+
+    @property
+    def numbers(self) -> range:
+        """Numbers of the trials."""
+        return range(self.trials_from, self.trials_from + self.trials)
+
+    @property
+    def trials_in_words(self) -> str:
+        """For titles."""
+        return f"{self.trials} trial{'s' if self.trials > 1 else ''}"
+
+    @property
+    def reference(self) -> str:
+        """Policy that the others are compared with: ``active``, or the first."""
+        return "active" if "active" in self.policies else self.policies[0]
+
+    def record(self) -> dict[str, Any]:
+        """All that decides the results, as plain JSON values."""
+        values = asdict(self) | {"versions": versions()}
+        return json.loads(json.dumps(values, allow_nan=False))
+
+
+def versions() -> dict[str, str]:
+    """Versions of what computes the results, and a digest of the project's own code."""
+    versions = {name: metadata.version(name) for name in _PACKAGES}
+    return {"python": platform.python_version(), **versions, "code_sha256": code_digest()}
+
+
+@cache
+def code_digest() -> str:
+    """Digest of the project's own code as this process found it first."""
+    code = sha256()
+    for package in ("baselines", "envs", "wifipgo"):
+        for path in sorted(Path(str(files(package))).rglob("*.py")):
+            code.update(path.read_bytes())
+    return code.hexdigest()[:16]
+
+
+def read_record(path: Path) -> dict[str, Any]:
+    """Read a ``config.json``.
+
+    Raises:
+        ValueError: It is not one; the message names the file.
+    """
+    record = read_json(path)
+    found = record if isinstance(record, dict) else {}
+    fits = all(isinstance(found.get(name), kind) for name, kind in _RECORD.items())
+    require(fits, str(path), f"a config.json with {', '.join(_RECORD)}", sorted(found))
+    return found
+
+
+def differences(one: Any, other: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
+    """Dotted names of the fields in which two records differ, with both values."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        for key in sorted(one.keys() | other.keys()):
+            yield from differences(one.get(key), other.get(key), f"{name}.{key}" if name else key)
+    elif one != other:
+        yield name, one, other

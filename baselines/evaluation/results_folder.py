@@ -1,0 +1,136 @@
+"""Results on disk: finished episodes are kept as they come, the rest appears whole or not at all.
+
+An evaluation into ``out`` works in ``out.partial`` beside it, which holds a ``config.json``, one file
+for each finished episode and, at the end, the results, which are then renamed to ``out``. Pictures
+are drawn after that.
+"""
+
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from baselines.evaluation.episodes import Episode
+from baselines.evaluation.plan import differences, read_record
+from baselines.evaluation.statistics import Summary
+from wifipgo import results_folder
+from wifipgo.atomic_files import write_json
+from wifipgo.errors import BadInputError, require
+
+PICTURES = ("err.png", "arena.png")
+FILES = ("episodes.parquet", "steps.parquet", "summary.json", "config.json")
+KIND = "evaluate"
+
+
+def partial_of(out: Path) -> Path:
+    """Folder beside ``out`` in which an evaluation works."""
+    return out.with_name(f"{out.name}.partial")
+
+
+def is_complete(out: Path) -> bool:
+    """Whether a folder holds an evaluation; its pictures are drawn last and may be missing."""
+    return all((out / name).is_file() for name in FILES)
+
+
+def claim(
+    out: Path, record: Mapping[str, Any], names: Sequence[str], *, overwrite: bool, resume: bool
+) -> Path:
+    """Make the working folder, or take up that of an interrupted run.
+
+    Args:
+        out: Folder of the results.
+        record: What decides them.
+        names: Files of the episodes that will be in the working folder.
+        overwrite: Whether results and interrupted runs may go.
+        resume: Whether to take up an interrupted run.
+
+    Raises:
+        BadInputError: There are results or an interrupted run, and no leave to replace or continue
+            them, or files that no evaluation wrote.
+        OSError: The folder cannot be made.
+    """
+    partial = partial_of(out)
+    _may_replace(out, overwrite=overwrite)
+    if partial.exists() and not resume:
+        n_done = len(list(partial.glob("*.npz")))
+        if not overwrite:
+            kept = f"{partial} holds {n_done} episodes of an interrupted run"
+            raise BadInputError(f"{kept}: --resume continues it, --overwrite starts over")
+        results_folder.remove(partial, KIND)
+    if partial.exists():
+        _same(partial, record)
+    results_folder.begin(partial, KIND)
+    results_folder.note(partial, ["config.json", "failures.txt", "results/", *names])
+    write_json(partial / "config.json", record)
+    return partial
+
+
+def _may_replace(out: Path, *, overwrite: bool) -> None:
+    """Refuse to replace what is there, and ever to replace what is not an evaluation."""
+    require(out.is_dir() or not out.exists(), "out", "a folder", str(out))
+    if out.exists() and any(out.iterdir()):
+        require(overwrite, "out", "new or empty (--overwrite replaces what is there)", str(out))
+        results_folder.check_replaceable(out, KIND)
+
+
+def _same(partial: Path, record: Mapping[str, Any]) -> None:
+    """Refuse to mix two evaluations."""
+    saved = partial / "config.json"
+    if saved.exists():
+        fewer = {"trials": min(read_record(saved)["trials"], record["trials"])}  # more trials are new files
+        refuse_other(saved, {**record, **fewer}, "to continue an evaluation, its settings must stay")
+
+
+def refuse_other(saved: Path, record: Mapping[str, Any], rule: str) -> None:
+    """Raise unless a saved record is this one; names the fields that differ."""
+    there, here = ({k: v for k, v in r.items() if k != "command"} for r in (read_record(saved), record))
+    differing = list(differences(there, here))
+    if differing:
+        fields = "; ".join(f"{name} ({old!r} there, {new!r} now)" for name, old, new in differing[:3])
+        raise BadInputError(f"{rule}: {saved} differs in {fields}")
+
+
+def episode_path(partial: Path, policy: int, trial: int) -> Path:
+    """File of one finished episode; the policy by its place in the list."""
+    return partial / f"{policy:02d}-{trial:05d}.npz"
+
+
+def episodes_frame(episodes: Sequence[Episode]) -> pd.DataFrame:
+    """One row for each policy and trial."""
+    return pd.DataFrame(
+        [{"policy": e.policy, "trial": e.trial, "seed": e.seed, **e.figures} for e in episodes]
+    )
+
+
+def steps_frame(episodes: Sequence[Episode]) -> pd.DataFrame:
+    """One row for each policy, trial, iteration (from 1) and robot."""
+    return pd.concat([_steps(episode) for episode in episodes], ignore_index=True)
+
+
+def _steps(episode: Episode) -> pd.DataFrame:
+    n_steps, n_robots = episode.steps["err"].shape
+    iteration, robot = np.indices((n_steps, n_robots)).reshape(2, -1)
+    keys = {"policy": episode.policy, "trial": episode.trial, "iteration": iteration + 1, "robot": robot}
+    return pd.DataFrame(keys | {name: column.ravel() for name, column in episode.steps.items()})
+
+
+def write_tables(
+    folder: Path, episodes: Sequence[Episode], summary: Summary, record: Mapping[str, Any]
+) -> None:
+    """Write all but the pictures."""
+    episodes_frame(episodes).to_parquet(folder / "episodes.parquet", index=False)
+    steps_frame(episodes).to_parquet(folder / "steps.parquet", index=False)
+    write_json(folder / "summary.json", asdict(summary))
+    write_json(folder / "config.json", record)
+
+
+def clean_staging(partial: Path) -> Path:
+    """Empty folder for results that are not complete yet."""
+    staging = partial / "results"
+    shutil.rmtree(staging, ignore_errors=True)
+    staging.mkdir()
+    return staging

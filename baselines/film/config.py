@@ -1,0 +1,103 @@
+"""The command line of `baselines.watch`, checked."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Annotated
+
+import tyro
+
+from baselines.evaluation.config import SCENARIO
+from baselines.evaluation.episodes import trial_seed
+from baselines.film.video import KINDS, check_target, require_extra
+from baselines.policies import make_policy
+from envs.render.config import DEFAULT_HEIGHT_PX, RenderConfig
+from wifipgo.coerce import settings
+from wifipgo.errors import require
+from wifipgo.overrides import Overrides
+from wifipgo.scenarios import Scenario, scenario_named
+
+_RECORDINGS: Mapping[str, str] = MappingProxyType({".rrd": "for the Rerun viewer"})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WatchConfig:
+    """Film a policy, or record it for the Rerun viewer.
+
+    The film shows the arena with true and estimated trajectories, links, calls, the directions from which
+    robots hear their callers, rendezvous, and Err of each robot. It needs the extra video; a recording
+    the extra viz. Neither needs a display.
+
+    Example: python -m baselines.watch --scenario paper-hw-2-obstacles --policy active --seed 3
+    --set n_obstacles=6 --out run.mp4
+
+    Attributes:
+        scenario: Scenario to play, e.g. paper-hw-2, or a file, e.g. room.toml; an unknown one lists those
+            that exist.
+        policy: Policy; parameters follow a colon: active:err_threshold=0.5.
+        seed: Seed of the world, its noise and the policy's chance, as in the column seed of an evaluation's
+            tables.
+        trial: Watch this trial of an evaluation with this seed instead.
+        overrides: Other values for fields of the scenario: --set n_obstacles=4 size_m=30.
+        out: Film (.mp4, .gif) or, of the last picture only, a still (.png).
+        rerun: Recording (.rrd).
+        until: Draw no further than this iteration; the episode is played to its end.
+        fps: Iterations a second.
+        height_px: Height of the pictures, a multiple of 16.
+        overwrite: Replace files that are there.
+    """
+
+    scenario: Annotated[str | Scenario, SCENARIO] = "paper-hw-2"
+    policy: str = "active"
+    seed: int = 0
+    trial: int | None = None
+    overrides: Overrides = ()
+    out: Path | None = None
+    rerun: Path | None = None
+    until: int | None = None
+    fps: int = 5
+    height_px: int = DEFAULT_HEIGHT_PX
+    overwrite: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+
+    @property
+    def world_seed(self) -> int:
+        """Seed of the episode."""
+        return self.seed if self.trial is None else trial_seed(self.seed, self.trial)
+
+    @property
+    def caption(self) -> str:
+        """Who drives, and with which seed."""
+        return f"{self.policy}, seed {self.world_seed}"
+
+
+def checked(config: WatchConfig) -> Scenario:
+    """The scenario that a configuration asks for, once everything else of it was found to be possible.
+
+    Raises:
+        ValueError: A name that does not exist (the message lists those that do), a value that is refused, or
+            a file that cannot be written.
+        MissingExtraError: Packages that draw or record are not installed.
+    """
+    _check_numbers(config)
+    require(bool(config.out or config.rerun), "out or rerun", "given, e.g. --out run.mp4", None)
+    given = config.scenario
+    scenario = given if isinstance(given, Scenario) else scenario_named(given)
+    scenario = scenario.with_overrides(**settings(config.overrides))
+    make_policy(config.policy, scenario)
+    if config.out is not None:
+        check_target("out", config.out, KINDS, overwrite=config.overwrite)
+        require_extra("a film", "video", "pygame", "imageio", "imageio_ffmpeg")
+    if config.rerun is not None:
+        check_target("rerun", config.rerun, _RECORDINGS, overwrite=config.overwrite)
+        require_extra("a recording", "viz", "rerun")
+    return scenario
+
+
+def _check_numbers(config: WatchConfig) -> None:
+    """Refuse numbers that cannot mean anything."""
+    for name in ("seed", "trial", "until"):
+        value = getattr(config, name)
+        require(value is None or value >= 0, name, ">= 0", value)
+    require(1 <= config.fps <= 100, "fps", "in 1..100", config.fps)
+    RenderConfig(height_px=config.height_px)

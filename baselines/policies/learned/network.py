@@ -1,0 +1,162 @@
+"""A trained network as numbers: small perceptrons in numpy, and the file that holds them.
+
+A file says what it was trained for: the layout of the observations, the scenario, the command.  It is read
+without torch and without pickle.
+"""
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from baselines.policies.learned.ray_interface import N_WHOLE
+from envs.rendezvous_v0 import layout
+from wifipgo.atomic_files import appearing
+from wifipgo.errors import BadInputError, require
+from wifipgo.npz_files import read_npz
+from wifipgo.scenarios import Scenario
+from wifipgo.world.lidar import N_LIDAR_RAYS
+
+FORMAT = 1
+_NOTES = ("format", "interface", "layout", "scenario", "clip", "origin")
+
+
+class Layer(NamedTuple):
+    """One affine map, then tanh in all layers but the last."""
+
+    weight: Float[np.ndarray, "outputs inputs"]
+    bias: Float[np.ndarray, " outputs"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Network:
+    """What a robot needs to run a trained policy.
+
+    Attributes:
+        interface: Name in `baselines.policies.learned.interfaces.INTERFACES`.
+        nets: Perceptrons by name: ``action`` for flat, ``ray`` and ``whole`` for rays.
+        mean, variance: Of what is shown, by which it is normalised.
+        clip: Largest normalised number.
+        layout: Name and size of each block of the observation, in order.
+        scenario: The scenario that it was trained on, as plain values.
+        origin: Command, seed, versions: where it comes from.
+    """
+
+    interface: str
+    nets: Mapping[str, Sequence[Layer]]
+    mean: Float[np.ndarray, " shown"]
+    variance: Float[np.ndarray, " shown"]
+    clip: float
+    layout: Sequence[tuple[str, int]]
+    scenario: Mapping[str, Any]
+    origin: Mapping[str, Any] = field(default_factory=dict)
+
+    def scores(self, shown: Float[np.ndarray, "rows shown"]) -> Float[np.ndarray, "rows outputs"]:
+        """Answers of `flat`, or what each choice of `rays` scores: directions, stop, silence, call."""
+        x = np.clip((shown - self.mean) / np.sqrt(self.variance + 1e-8), -self.clip, self.clip)
+        if "action" in self.nets:
+            return perceptron(self.nets["action"], x)
+        whole, directions = split_rays(x)
+        each = np.concatenate([directions, np.repeat(whole[:, None], N_LIDAR_RAYS, axis=1)], axis=2)
+        pooled = np.concatenate([whole, directions.mean(axis=1), directions.max(axis=1)], axis=1)
+        rays = perceptron(self.nets["ray"], each)[..., 0]
+        return np.concatenate([rays, perceptron(self.nets["whole"], pooled)], axis=1)
+
+    def save(self, path: Path) -> None:
+        """Write to a file that is there whole or not at all."""
+        arrays = {f"{net}/{k}/{part}": array for net, k, part, array in self._arrays()}
+        notes = {name: getattr(self, name) for name in _NOTES if name != "format"} | {"format": FORMAT}
+        arrays |= {"notes": np.array(json.dumps(notes)), "mean": self.mean, "variance": self.variance}
+        with appearing(path) as unfinished, unfinished.open("wb") as file:
+            np.savez_compressed(file, allow_pickle=False, **arrays)
+
+    def _arrays(self) -> list[tuple[str, int, str, np.ndarray]]:
+        return [
+            (net, k, part, getattr(layer, part))
+            for net, layers in self.nets.items()
+            for k, layer in enumerate(layers)
+            for part in Layer._fields
+        ]
+
+
+def load_network(path: Path) -> Network:
+    """Read what `Network.save` wrote.
+
+    Raises:
+        ValueError: It is not such a file; the message names it.
+        OSError: It cannot be read.
+    """
+    try:
+        arrays = read_npz(path)
+        notes = json.loads(str(arrays.pop("notes")))
+        mean, variance = arrays.pop("mean"), arrays.pop("variance")
+        nets: dict[str, list[Layer]] = {}
+        for key in sorted(key for key in arrays if key.endswith("/weight")):
+            stem = key.removesuffix("/weight")
+            nets.setdefault(key.split("/")[0], []).append(Layer(arrays[key], arrays[f"{stem}/bias"]))
+    except (ValueError, KeyError, TypeError, AttributeError) as problem:
+        raise BadInputError(
+            f"{path} is no trained policy (an .npz that training exports): {problem}"
+        ) from problem
+    require(notes.get("format") == FORMAT, f"format of {path}", f"{FORMAT}", notes.get("format"))
+    known = {name: notes[name] for name in _NOTES if name != "format"}
+    known["layout"] = [(name, size) for name, size in known["layout"]]
+    return Network(nets=nets, mean=mean, variance=variance, **known)
+
+
+def perceptron(
+    layers: Sequence[Layer], x: Float[np.ndarray, "... inputs"]
+) -> Float[np.ndarray, "... outputs"]:
+    """Affine maps with tanh between them."""
+    for layer in layers[:-1]:
+        x = np.tanh(x @ layer.weight.T + layer.bias)
+    return x @ layers[-1].weight.T + layers[-1].bias
+
+
+def split_rays(
+    x: Float[np.ndarray, "rows shown"],
+) -> tuple[Float[np.ndarray, "rows whole"], Float[np.ndarray, "rows rays direction"]]:
+    """Numbers of the robot, and those of each direction."""
+    directions = x[:, N_WHOLE:].reshape(len(x), -1, N_LIDAR_RAYS)
+    return x[:, :N_WHOLE], np.moveaxis(directions, 1, 2)
+
+
+def layout_of(scenario: Scenario) -> list[tuple[str, int]]:
+    """Name and size of each block of the observation."""
+    return [(block.name, block.size) for block in layout(scenario)]
+
+
+def plain(scenario: Scenario) -> dict[str, Any]:
+    """A scenario as JSON has it."""
+    return dict(json.loads(json.dumps(asdict(scenario))))
+
+
+def refuse_other_layout(network: Network, scenario: Scenario, where: str, *, reads: str = ".*") -> None:
+    """Raise unless a scenario's observations are those that the network was trained on.
+
+    Args:
+        network: Says which they were.
+        scenario: To be played.
+        where: What the network is called.
+        reads: Pattern of the names that count.
+
+    Raises:
+        ValueError: Names the first block that differs.
+    """
+    there, now = (
+        {name: size for name, size in blocks if re.fullmatch(reads, name)}
+        for blocks in (network.layout, layout_of(scenario))
+    )
+    if list(there.items()) == list(now.items()):
+        return
+    names = [name for name in (there | now) if there.get(name) != now.get(name)]
+    name = names[0] if names else "order of the blocks"
+    what = f"{len(names)} blocks of the observation differ, the first is {name!r}: "
+    sizes = f"{there.get(name, 'absent')} in training, {now.get(name, 'absent')} in {scenario.name!r}"
+    trained = network.scenario.get("name")
+    raise BadInputError(f"{where} was trained on {trained!r}, whose layout is another; {what}{sizes}")

@@ -1,0 +1,61 @@
+"""Scripted policies and their registry. Each sees exactly what a learner sees; an oracle's name says so."""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from baselines.policies import scripted
+from baselines.policies.learned.policy import LearnedPolicy
+from baselines.policies.oracle import Oracle, OracleBearing
+from baselines.policies.rendezvous import Actions, ActiveRendezvous, Observations, Policy, RandomRendezvous
+from baselines.policies.specs import fitting, parameters_of, split_spec
+from wifipgo.errors import pick
+from wifipgo.scenarios import Scenario
+
+__all__ = [
+    "POLICIES",
+    "Actions",
+    "ActiveRendezvous",
+    "Observations",
+    "Oracle",
+    "OracleBearing",
+    "Policy",
+    "RandomRendezvous",
+    "make_policy",
+]
+
+POLICIES: Mapping[str, Callable[..., Policy]] = MappingProxyType(
+    {
+        "active": ActiveRendezvous,
+        "convoy": scripted.convoy,
+        "covariance": scripted.covariance,
+        "fixed_point": scripted.fixed_point,
+        "frontier": scripted.frontier,
+        "frontier_active": scripted.frontier_active,
+        "frontier_home": scripted.frontier_home,
+        "leapfrog": scripted.leapfrog,
+        "oracle_bearing": OracleBearing,
+        "periodic": scripted.periodic,
+        "persistent": scripted.persistent,
+        "persistent_active": scripted.persistent_active,
+        "ppo": LearnedPolicy,
+        "random": RandomRendezvous,
+        "vision": scripted.vision,
+    }
+)
+
+
+def make_policy(spec: str, scenario: Scenario, **parameters: Any) -> Policy:
+    """Build a policy from its name, with parameters if any: ``active:err_threshold=0.5``.
+
+    Args:
+        spec: ``name`` or ``name:key=value:key=value``.
+        scenario: Gives the layout of the observations.
+        parameters: More parameters of the policy; they win over those in ``spec``.
+
+    Raises:
+        ValueError: Unknown policy or parameter; the message lists what exists.
+    """
+    name, own = split_spec(spec)
+    policy = pick(POLICIES, name, "policy")
+    return policy(scenario, **fitting(name, own | parameters, parameters_of(policy)))

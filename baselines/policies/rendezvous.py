@@ -1,0 +1,141 @@
+"""Teams: a motion for everybody, and on top of it the calls of Algorithm 2 and the answers of Algorithm 1."""
+
+from collections.abc import Mapping
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from baselines.policies.motions import Motion, Uniform
+from baselines.policies.observation_view import View
+from baselines.policies.signal_following import Approach
+from baselines.policies.triggers import Trigger, err_above
+from envs.rendezvous_v0 import layout
+from wifipgo.arithmetic import plain_arithmetic
+from wifipgo.scenarios import Scenario
+
+Observations = Mapping[str, Float[np.ndarray, " numbers"]]
+Actions = dict[str, Float[np.ndarray, "3"]]
+
+
+@runtime_checkable
+class Policy(Protocol):
+    """Drives a whole team."""
+
+    def reset(self, seed: int, episode: int = 0) -> None:
+        """Forget the last episode and key the policy's own chance."""
+
+    def act(self, observations: Observations) -> Actions:
+        """One action for each observation, both by agent."""
+
+
+class Walkers:
+    """A team in which everybody follows one motion; nobody calls or answers."""
+
+    def __init__(self, scenario: Scenario, motion: Motion) -> None:
+        """Learn the layout of the observations from the scenario."""
+        self._fields = {field.name: field for field in layout(scenario)}
+        self._steps_per_range = scenario.arena.lidar_range_m / scenario.arena.step_m
+        self._motion = motion
+        self.reset(0)
+
+    def reset(self, seed: int, episode: int = 0) -> None:
+        """Forget the last episode and key the walk's chance."""
+        self._rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(episode, 0xAC7)))
+        self._motion.reset()
+
+    @plain_arithmetic
+    def act(self, observations: Observations) -> Actions:
+        """One action for each observation."""
+        view = View.of(observations, self._fields)
+        actions = self._act(view, self._steps_per_range * view.lidar)
+        return dict(zip(observations, actions.astype(np.float32), strict=True))
+
+    def _act(self, view: View, free_steps: np.ndarray) -> np.ndarray:
+        walk = self._motion.step(view, free_steps, rng=self._rng)
+        return np.concatenate([walk, np.full((len(walk), 1), -1.0)], axis=1)
+
+
+class Callers(Walkers):
+    """A team whose robots call when they are triggered, and come when they are called.
+
+    A robot that is called comes, along the strongest path of the caller's signal. A robot that is
+    triggered calls and waits, or moves on while nobody hears it. A caller that is itself called comes
+    too, unless caller and callee call each other: then the one with the lower error comes and the
+    other waits.
+
+    Args:
+        scenario: Gives the layout of the observations.
+        motion: What all others do.
+        trigger: When to call.
+        refuge: Where callers and called go instead of waiting and coming, if anywhere.
+    """
+
+    def __init__(
+        self, scenario: Scenario, motion: Motion, trigger: Trigger, *, refuge: Motion | None = None
+    ) -> None:
+        """Compose."""
+        self._trigger, self._refuge, self._approach = trigger, refuge, Approach()
+        super().__init__(scenario, motion)
+
+    def reset(self, seed: int, episode: int = 0) -> None:
+        """Forget the last episode and key the walk's chance."""
+        super().reset(seed, episode)
+        self._approach.reset()
+        if self._refuge:
+            self._refuge.reset()
+
+    def _act(self, view: View, free_steps: np.ndarray) -> np.ndarray:
+        lost = self._trigger(view)
+        comes, slot = whom_to_serve(view, lost)
+        waits = lost & (view.slot("present")[..., 0] > 0.0).any(axis=1)
+        waypoint = self._motion.step(view, free_steps, rng=self._rng)
+        if self._refuge:
+            refuge = self._refuge.step(view, free_steps, rng=self._rng)
+            waypoint = np.where((lost | comes)[:, None], refuge, waypoint)
+        else:
+            coming = self._come(view, slot, comes, free_steps)
+            waypoint = np.where(comes[:, None], coming, np.where(waits[:, None], 0.0, waypoint))
+        return np.concatenate([waypoint, np.where(lost, 1.0, -1.0)[:, None]], axis=1)
+
+    def _come(
+        self,
+        view: View,
+        slot: Int[np.ndarray, " robots"],
+        comes: Bool[np.ndarray, " robots"],
+        free_steps: np.ndarray,
+    ) -> np.ndarray:
+        return self._approach.step(view, slot, comes, free_steps)
+
+
+def whom_to_serve(
+    view: View, lost: Bool[np.ndarray, " robots"]
+) -> tuple[Bool[np.ndarray, " robots"], Int[np.ndarray, " robots"]]:
+    """Who comes to a caller, and in which slot that caller is."""
+    calls_me, i_call, err = (view.slot(name)[..., 0] for name in ("calls_me", "i_call", "err"))
+    own = view.own("err")
+    yields = (i_call > 0.0) & (own > err) & lost[:, None]  # mutual call: the more lost one waits
+    serve = (calls_me > 0.0) & ~yields
+    slot = np.where(serve, err, -1.0).argmax(axis=1)
+    return serve.any(axis=1), slot
+
+
+class RandomRendezvous(Walkers):
+    """The paper's baseline: walk at random and meet by chance; never calls, never answers."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        """Compose."""
+        super().__init__(scenario, Uniform())
+
+
+class ActiveRendezvous(Callers):
+    """The paper's policy: Algorithm 2 watches the error and calls, Algorithm 1 answers calls.
+
+    Args:
+        scenario: Gives the layout of the observations.
+        err_threshold: Threshold of Algorithm 2 in units of the scenario's.
+    """
+
+    def __init__(self, scenario: Scenario, *, err_threshold: float = 1.0) -> None:
+        """Compose."""
+        super().__init__(scenario, Uniform(), err_above(err_threshold))

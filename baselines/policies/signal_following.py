@@ -1,0 +1,60 @@
+"""Algorithm 1: the called robot follows the strongest path of its caller's signal."""
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from baselines.policies.observation_view import View
+from baselines.policies.steering import step_towards
+from envs.rendezvous_v0 import N_BINS, bin_azimuths
+from wifipgo.radio.aoa.peaks import vertex
+
+# sigma < 1 (paper Sec. 5). gamma makes the step gamma w^2 / sigma^2 reach one step length for the
+# smallest discrepancy that Algorithm 1 leaves, w = 1 Mb/s / 66 Mb/s, so that the robot always
+# drives as far as it can in an iteration.
+SIGMA = 0.5
+GAMMA_STEPS = SIGMA**2 * 66.0**2
+
+
+def strongest_bearing(profile: Float[np.ndarray, "robots bins"]) -> Float[np.ndarray, " robots"]:
+    """Direction of the highest bin (Eq. 6), refined by the parabola through its neighbours, rad."""
+    rows, best = np.arange(len(profile)), profile.argmax(axis=1)
+    low, mid, high = (profile[rows, (best + k) % N_BINS] for k in (-1, 0, 1))
+    return bin_azimuths()[best] + vertex(low, mid, high) * 2.0 * np.pi / N_BINS
+
+
+def step_length(
+    discrepancy: Float[np.ndarray, " robots"], *, sigma: float = SIGMA, gamma_steps: float = GAMMA_STEPS
+) -> Float[np.ndarray, " robots"]:
+    """Length of Algorithm 1's step along the path, ``gamma w^2 / sigma^2``, at most one step length."""
+    return np.minimum(gamma_steps * discrepancy**2 / sigma**2, 1.0)
+
+
+class Approach:
+    """Algorithm 1 as a motion: towards the robot in a slot, along the strongest path of its signal."""
+
+    def __init__(self) -> None:
+        """Approach nobody yet."""
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget sides of obstacles and counts."""
+        self._side, self._observed = np.zeros(0), np.zeros(0)
+
+    def step(
+        self,
+        view: View,
+        slot: Int[np.ndarray, " robots"],
+        comes: Bool[np.ndarray, " robots"],
+        free_steps: Float[np.ndarray, "robots rays"],
+    ) -> Float[np.ndarray, "robots 2"]:
+        """Algorithm 1's step, or none while each step already brings a new observation of the other."""
+        rows = np.arange(len(slot))
+        before = self._observed if len(self._observed) else np.full(len(slot), np.inf)
+        side = self._side if len(self._side) else np.zeros(len(slot))
+        observed = view.slot("observed")[rows, slot, 0]
+        bearing = strongest_bearing(view.slot("profile")[rows, slot])
+        length = step_length(view.slot("discrepancy")[rows, slot, 0])
+        waypoint, taken = step_towards(bearing, length, free_steps, side)
+        self._side = np.where(comes, taken, 0.0)
+        self._observed = np.where(comes, observed, np.inf)
+        return np.where((observed > before)[:, None], 0.0, waypoint)

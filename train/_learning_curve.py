@@ -1,0 +1,118 @@
+"""How good a policy is while it is trained: mapped share on worlds kept apart, beside scripted policies."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from jaxtyping import Float
+from matplotlib.figure import Figure
+
+from baselines.evaluation.episodes import run_episode, trial_seed
+from baselines.policies import Policy
+from baselines.policies.learned.network import Network
+from baselines.policies.learned.policy import LearnedPolicy
+from train._config import SelectionConfig
+from wifipgo.atomic_files import appearing
+from wifipgo.errors import require
+from wifipgo.figures import drawing
+from wifipgo.scenarios import Scenario
+
+LEARNED = "learned"
+_CURVE = "curve/"
+_COLUMNS = ("agent_steps", "policy", "trial", "seed", "mapped_share")
+
+
+def mapped_shares(
+    policy: str | Policy, scenario: Scenario, cfg: SelectionConfig
+) -> Float[np.ndarray, " trials"]:
+    """Mapped share of a policy on every world of the selection."""
+    seeds = [trial_seed(cfg.seed, trial) for trial in range(cfg.trials)]
+    return np.array([run_episode(scenario, policy, seed).figures["mapped_share"] for seed in seeds])
+
+
+class Curve:
+    """Scores over the training, as a table and a picture that are rewritten after each evaluation.
+
+    Args:
+        out: Folder.
+        scenario: What is played.
+        cfg: Worlds and scripted policies.
+        table: Scores of a run that is continued; without, the scripted policies are played first.
+    """
+
+    def __init__(
+        self, out: Path, scenario: Scenario, cfg: SelectionConfig, table: pd.DataFrame | None = None
+    ) -> None:
+        """Play the scripted policies that the table does not have."""
+        self._out, self._scenario, self._cfg = out, scenario, cfg
+        self.table = pd.DataFrame(columns=list(_COLUMNS)) if table is None else table
+        for spec in cfg.policies:
+            if not (self.table["policy"] == spec).any():
+                self._add(0, spec, mapped_shares(spec, scenario, cfg))
+        if table is not None:
+            self.write()
+
+    def evaluated(self, network: Network, agent_steps: int) -> float:
+        """Play a network, add its scores to the table, and say their mean."""
+        shares = mapped_shares(LearnedPolicy.of(network, self._scenario), self._scenario, self._cfg)
+        self._add(agent_steps, LEARNED, shares)
+        return float(shares.mean())
+
+    def _add(self, agent_steps: int, policy: str, shares: Sequence[float] | np.ndarray) -> None:
+        seeds = [trial_seed(self._cfg.seed, trial) for trial in range(self._cfg.trials)]
+        keys = {"agent_steps": agent_steps, "policy": policy, "trial": range(len(shares)), "seed": seeds}
+        new = pd.DataFrame(keys | {"mapped_share": shares})
+        self.table = pd.concat([self.table, new], ignore_index=True) if len(self.table) else new
+
+    def write(self) -> None:
+        """Rewrite table and picture."""
+        with appearing(self._out / "curve.parquet") as unfinished:
+            self.table.to_parquet(unfinished, index=False)
+        picture = self._out / "curve.png"
+        with drawing(picture), appearing(picture) as unfinished:
+            drawn(self.table, self._scenario.name).savefig(unfinished, dpi=120, format="png")
+
+
+def arrays_of_table(table: pd.DataFrame) -> dict[str, np.ndarray]:
+    """Columns of a table, by name."""
+    columns = {f"{_CURVE}{name}": table[name].to_numpy() for name in _COLUMNS}
+    return columns | {f"{_CURVE}policy": table["policy"].to_numpy(np.str_)}
+
+
+def table_of(arrays: Mapping[str, np.ndarray], cfg: SelectionConfig, *, where: str) -> pd.DataFrame | None:
+    """Table of the columns that `arrays_of_table` made, None if its worlds are not those of the selection.
+
+    Raises:
+        BadInputError: A column is missing, or of another length or kind.
+    """
+    columns = {name: arrays.get(f"{_CURVE}{name}") for name in _COLUMNS}
+    found = {name: column for name, column in columns.items() if column is not None}
+    fits = len(found) == len(_COLUMNS) and len({column.shape for column in found.values()}) == 1
+    kinds = "".join(column.dtype.kind for column in found.values())
+    require(fits and kinds == "iUiif", f"{where}: curve", f"columns {_COLUMNS} of one length", kinds)
+    table = pd.DataFrame(found).astype({"policy": object})
+    seeds = [trial_seed(cfg.seed, trial) for trial in range(cfg.trials)]
+    mine = [
+        rows["seed"].tolist() == seeds for _, rows in table.groupby(["agent_steps", "policy"], sort=False)
+    ]
+    return table if all(mine) else None
+
+
+def drawn(table: pd.DataFrame, title: str) -> Figure:
+    """Mean of the learned policy with its 95 % interval (normal), and the scripted ones as lines."""
+    figure = Figure(figsize=(7.0, 4.0), layout="constrained")
+    axes = figure.subplots()
+    mine = table[table["policy"] == LEARNED].groupby("agent_steps")["mapped_share"]
+    mean = mine.mean()
+    wide = 1.96 * mine.std(ddof=1).fillna(0.0).to_numpy(float) / np.sqrt(mine.count().to_numpy(float))
+    x = mean.index.to_numpy(float) / 1_000.0
+    (line,) = axes.plot(x, mean, marker="o", markersize=3, label=LEARNED, zorder=3)
+    axes.fill_between(x, mean - wide, mean + wide, color=line.get_color(), alpha=0.2, linewidth=0)
+    for k, (policy, rows) in enumerate(table[table["policy"] != LEARNED].groupby("policy", sort=False)):
+        axes.axhline(rows["mapped_share"].mean(), color=f"C{k + 1}", linestyle="--", label=str(policy))
+    axes.set(xlabel="agent-steps (thousands)", ylabel="mapped share", title=title)
+    axes.set_ylim(0.0, 1.0)
+    axes.legend(loc="lower right")
+    axes.grid(alpha=0.3)
+    return figure

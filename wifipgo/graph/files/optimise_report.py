@@ -1,0 +1,128 @@
+"""Table and files of an optimisation; imported only by the command."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from rich.table import Table
+
+from wifipgo import results_folder
+from wifipgo.atomic_files import appearing, write_json
+from wifipgo.errors import require
+from wifipgo.graph.files.g2o import Reading, write_g2o
+from wifipgo.graph.files.tum_kitti import write_kitti, write_tum
+from wifipgo.graph.posegraph import PoseGraph, keys_of
+from wifipgo.graph.solvers.spatial import FULL_WEIGHT
+from wifipgo.terminal import Terminal
+
+KIND = "optimise"
+REPORT, PICTURE = "report.json", "before_after.png"
+
+
+class Results(NamedTuple):
+    """A folder of results that appears whole or not at all; hold its lock meanwhile."""
+
+    out: Path
+
+    @classmethod
+    def claim(cls, out: Path, *, overwrite: bool) -> "Results":
+        """Refuse, before any work, a folder that holds something else, or results without leave.
+
+        Raises:
+            BadInputError: There is something that may not be replaced.
+        """
+        require(not out.exists() or out.is_dir(), "out", "a folder", str(out))
+        results_folder.check_replaceable(out, KIND)
+        taken = out.is_dir() and any(out.iterdir())
+        require(overwrite or not taken, "out", "new or empty (--overwrite replaces what is there)", str(out))
+        return cls(out)
+
+    def publish(
+        self,
+        reading: Reading,
+        poses: Float[np.ndarray, "poses dims"],
+        weight: Float[np.ndarray, " edges"],
+        table: Mapping[str, object],
+        *,
+        single: bool,
+    ) -> None:
+        """Write everything but the picture beside the folder, then give it the name."""
+        partial = self.out.with_name(f"{self.out.name}.partial")
+        results_folder.remove(partial, KIND)
+        results_folder.begin(partial, KIND)
+        results_folder.note(partial, ["results/"])
+        staging = partial / "results"
+        staging.mkdir()
+        try:
+            _write(staging, reading, poses, weight, table, single=single)
+            results_folder.publish(staging, self.out, KIND, later=[PICTURE])
+        finally:
+            results_folder.remove(partial, KIND)
+
+    def draw(
+        self, graph: PoseGraph, poses: Float[np.ndarray, "poses dims"], weight: Float[np.ndarray, " edges"]
+    ) -> None:
+        """Draw before and after; a picture that cannot be drawn is a warning, results stay."""
+        from wifipgo.figures import drawing  # noqa: PLC0415 (matplotlib loads slowly)
+
+        with drawing(self.out / PICTURE):
+            from wifipgo.graph._optimise_picture import draw  # noqa: PLC0415
+
+            with appearing(self.out / PICTURE, by_suffix=True) as unfinished:
+                draw(unfinished, graph, poses, weight)
+
+
+def _write(
+    folder: Path,
+    reading: Reading,
+    poses: Float[np.ndarray, "poses dims"],
+    weight: Float[np.ndarray, " edges"],
+    table: Mapping[str, object],
+    *,
+    single: bool,
+) -> None:
+    """Write graph, trajectories and report."""
+    graph = reading.graph
+    write_g2o(
+        folder / ("optimised.g2o" if single else "optimised"),
+        graph.with_poses(poses),
+        keys=reading.keys,
+        fixed=reading.fixed,
+        landmarks=reading.landmarks,
+    )
+    write_tum(folder / "tum", graph, poses)
+    write_kitti(folder / "kitti", graph, poses)
+    write_json(folder / REPORT, {**table, "weighed_down": weighed_down(graph, weight)}, allow_nan=True)
+
+
+def weighed_down(graph: PoseGraph, weight: Float[np.ndarray, " edges"]) -> list[dict[str, object]]:
+    """Measurements that a robust method trusted less, by (robot, index) of their ends."""
+    keys = keys_of(graph)
+    return [
+        {
+            "tail": keys[graph.tail[row]].tolist(),
+            "head": keys[graph.head[row]].tolist(),
+            "weight": weight[row],
+        }
+        for row in np.flatnonzero(weight < FULL_WEIGHT).tolist()
+    ]
+
+
+def print_table(figures: Mapping[str, object], *, title: str) -> None:
+    """Print one line a figure."""
+    table = Table(title=title, show_header=False)
+    table.add_column(no_wrap=True)
+    table.add_column(justify="right")
+    for name, value in figures.items():
+        if value != {}:
+            text = (
+                f"{value:.6g}"
+                if isinstance(value, float)
+                else f"{value:,}"
+                if type(value) is int
+                else str(value)
+            )
+            table.add_row(name, text)
+    Terminal().print(table)

@@ -1,0 +1,149 @@
+"""Outlier methods by name, and poses solved for under one of them.
+
+A method is at most one gate, at most one loss, and bearings or none. A name joins its
+parts with ``+``; ``bearing`` alone is the default, Huber on poses and bearings of their own.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from types import MappingProxyType
+
+import numpy as np
+from jaxtyping import Float
+
+from wifipgo.errors import pick
+from wifipgo.graph.bearings import Bearings, heard_along
+from wifipgo.graph.consistency import consistent
+from wifipgo.graph.edges import Edges, select
+from wifipgo.graph.outliers.aoa_weights import (
+    PAPER_GATE_RAD,
+    PAPER_SIGMA_RAD,
+    bearing,
+    paper_weights,
+    range_aware_weights,
+)
+from wifipgo.graph.solvers import KNOWN_START, Report, WeighedDown, solve
+from wifipgo.se2 import wrap_angle
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guard:
+    """What guards an optimisation against outliers.
+
+    Attributes:
+        gate: What weighs relative poses between robots beforehand. ``paper`` and ``range_aware`` compare each
+            with the direction its signal came from, ``pcm`` with the others.
+        loss: Of all relative poses but odometry; a name in `wifipgo.graph.solvers.LOSSES`.
+        bearings: Whether directions of arrival are measurements of their own.
+    """
+
+    gate: str = "none"
+    loss: str = "none"
+    bearings: bool = False
+
+    @property
+    def by_direction(self) -> bool:
+        """Whether the gate judges each measurement by itself, as it comes."""
+        return self.gate in ("paper", "range_aware")
+
+    @property
+    def listens(self) -> bool:
+        """Whether directions of arrival are needed."""
+        return self.bearings or self.by_direction
+
+
+def _guards() -> dict[str, Guard]:
+    """All combinations by name."""
+    found = {"bearing": Guard(loss="huber", bearings=True)}
+    gates, losses = ("none", "paper", "range_aware", "pcm"), ("none", "huber", "gnc")
+    for gate, loss, bearings in product(gates, losses, (False, True)):
+        parts = [part for part in (gate, loss) if part != "none"] + ["bearing"] * bearings
+        found.setdefault("+".join(parts) or "none", Guard(gate=gate, loss=loss, bearings=bearings))
+    return found
+
+
+GUARDS: Mapping[str, Guard] = MappingProxyType(_guards())
+
+
+def direction_weights(
+    z: Float[np.ndarray, "edges 3"],
+    sigma: Float[np.ndarray, "edges 2"],
+    peaks_rad: Float[np.ndarray, "edges peaks"],
+    *,
+    gate: str,
+    sigma_rad: float = PAPER_SIGMA_RAD,
+    gate_rad: float = PAPER_GATE_RAD,
+) -> Float[np.ndarray, " edges"]:
+    """Weights of relative poses by a gate on direction, from the peak closest to each (Eq. 10); else 1."""
+    reported = bearing(z)
+    away = np.abs(wrap_angle(peaks_rad - reported[:, None]))
+    closest = np.take_along_axis(peaks_rad, away.argmin(axis=1)[:, None], axis=1)[:, 0]
+    if gate == "paper":
+        return paper_weights(reported, closest, sigma_rad=sigma_rad, gate_rad=gate_rad)
+    if gate == "range_aware":
+        return range_aware_weights(z, sigma[:, 0], closest, sigma_rad=sigma_rad, gate_rad=gate_rad)
+    return np.ones(len(z))
+
+
+def solve_guarded(
+    poses: Float[np.ndarray, "robots times 3"],
+    edges: Edges,
+    bearings: Bearings | None = None,
+    *,
+    robots: Sequence[int],
+    outliers: str | Guard = "bearing",
+    third_party: str = "fixed_told",
+    start_sigma: Float[np.ndarray, "#robots 2"] | tuple[float, float] = KNOWN_START,
+    covariances: bool = False,
+) -> tuple[Float[np.ndarray, "robots times 3"], Report]:
+    """Solve (Eq. 3) under an outlier method.
+
+    Args:
+        poses: See `wifipgo.graph.solve`, as for all that is not named here.
+        edges: All measurements; a gate multiplies their weights.
+        bearings: Directions of arrival. A relative pose whose tail did not hear its head passes a gate
+            on direction; a method that does without directions ignores them.
+        robots: Who takes part.
+        outliers: A name in `GUARDS`, or a combination of one's own.
+        third_party: What an edge to a robot outside does.
+        start_sigma: How well first poses are known.
+        covariances: Whether the report has those of the last poses.
+
+    Returns:
+        New poses, and the report, which names the rows that the gate or the loss weighed down.
+
+    Raises:
+        ValueError: The method is unknown, or `wifipgo.graph.solve` refuses.
+    """
+    guard = pick(GUARDS, outliers, "outlier method") if isinstance(outliers, str) else outliers
+    weight = gate_weights(edges, bearings, guard.gate, robots)
+    solved, report = solve(
+        poses,
+        replace(edges, weight=edges.weight * weight),
+        robots=robots,
+        third_party=third_party,
+        loss=guard.loss,
+        bearings=bearings if guard.bearings else None,
+        start_sigma=start_sigma,
+        covariances=covariances,
+    )
+    low = np.flatnonzero(weight < 1.0)
+    gated = (WeighedDown(guard.gate, low, weight[low]),) if len(low) else ()
+    return solved, report._replace(weighed_down=gated + report.weighed_down)
+
+
+def gate_weights(
+    edges: Edges, bearings: Bearings | None, gate: str, robots: Sequence[int]
+) -> Float[np.ndarray, " edges"]:
+    """Weight of each edge by the gate; PCM knows of nothing outside the robots that take part."""
+    weight = np.ones(len(edges))
+    if gate == "pcm":
+        inside = np.isin(edges.tail[:, 0], robots) & np.isin(edges.head[:, 0], robots)
+        weight[inside] = consistent(select(edges, inside), n_robots=1 + max(robots))
+    elif gate != "none" and bearings is not None:
+        row = heard_along(edges, bearings)
+        rows, edge = row[row >= 0], np.flatnonzero(row >= 0)
+        z, sigma, peaks_rad = edges.z[edge], edges.sigma[edge], bearings.azimuth_rad[rows]
+        weight[edge] = direction_weights(z, sigma, peaks_rad, gate=gate)
+    return weight

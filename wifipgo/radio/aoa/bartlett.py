@@ -1,0 +1,117 @@
+"""Bartlett profiles: the share of a signal's power that each direction explains."""
+
+import numpy as np
+from jaxtyping import Complex, Complex64, Float, Float32
+
+from wifipgo.radio.aoa.steering import Aperture
+
+# Signals of one block: what is worked on stays in the processor's cache.
+_BLOCK = 128
+# Fewer signals do not pay for looking whether the grid is symmetric.
+_WORTH_LOOKING = 24
+
+
+@np.errstate(under="ignore")
+def bartlett_profiles(
+    signal: Complex[np.ndarray, "links positions"], steering: Complex[np.ndarray, "positions grid"]
+) -> Float[np.ndarray, "links grid"]:
+    """Share of each signal's power that each direction explains, in [0, 1].
+
+    ``|a^H s|^2 / (n |s|^2)``, one matrix product for all links. A signal without power has a
+    profile of zeros. Where the second half of the grid is the first half turned round,
+    opposite directions share the same four real products, which halves the work.
+    """
+    single = signal.dtype == steering.dtype == np.complex64
+    if single and len(signal) >= _WORTH_LOOKING and _is_mirrored(steering):
+        return _mirrored(signal, steering)
+    response = signal.conj() @ steering
+    parts = response.view(response.real.dtype)
+    np.square(parts, out=parts)
+    share = parts[:, ::2] + parts[:, 1::2]
+    share *= _scale(np.vecdot(signal, signal).real, len(steering)).astype(share.dtype)
+    return share
+
+
+def _scale(power: Float[np.ndarray, " links"], n_positions: int) -> Float[np.ndarray, "links 1"]:
+    """What makes a share of a response's power; finite without power."""
+    return 1.0 / np.maximum(power * n_positions, np.finfo(np.float32).tiny)[:, None]
+
+
+def _is_mirrored(steering: Complex64[np.ndarray, "positions grid"]) -> bool:
+    """Whether the directions of the second half are exactly opposite to those of the first."""
+    half = steering.shape[1] // 2
+    first, second = steering[:, :half], steering[:, half:]
+    if first.shape != second.shape or not half or first[-1, -1] != second[-1, -1].conj():
+        return False
+    return np.array_equal(first.real, second.real) and np.array_equal(first.imag, -second.imag)
+
+
+def _mirrored(
+    signal: Complex64[np.ndarray, "links positions"], steering: Complex64[np.ndarray, "positions grid"]
+) -> Float32[np.ndarray, "links grid"]:
+    """Profiles on a mirrored grid from real products.
+
+    With s = x + j y and a = c + j d, ``|a^H s|^2 = (xc + yd)^2 + (yc - xd)^2`` and, the other
+    way round, ``|conj(a)^H s|^2 = (xc - yd)^2 + (yc + xd)^2``: the sum of four squares
+    plus or minus ``2 (xc yd - yc xd)``.
+    """
+    n_links, n_positions = signal.shape
+    half = steering.shape[1] // 2
+    quadratures = np.concatenate([steering.real[:, :half], steering.imag[:, :half]], axis=1)
+    out = np.empty((n_links, 2 * half), np.float32)
+    n_block = min(n_links, _BLOCK)
+    parts = np.empty((2, n_block, n_positions), np.float32)
+    products, crossed = np.empty((2, n_block, 2 * half), np.float32), np.empty((2, n_block, half), np.float32)
+    for start in range(0, n_links, _BLOCK):
+        block, share = signal[start : start + _BLOCK], out[start : start + _BLOCK]
+        xy, found, cross = (part[:, : len(block)] for part in (parts, products, crossed))
+        xy[0], xy[1] = block.real, block.imag
+        np.matmul(xy, quadratures, out=found)
+        np.multiply(found[:, :, :half], found[::-1, :, half:], out=cross)
+        twice = np.subtract(cross[0], cross[1], out=cross[0])
+        twice += twice
+        np.square(found, out=found)
+        np.add(found[0], found[1], out=share)
+        ahead, behind = share[:, :half], share[:, half:]
+        ahead += behind
+        np.subtract(ahead, twice, out=behind)
+        ahead += twice
+        share *= _scale(np.vecdot(xy, xy).sum(axis=0), n_positions)
+    return np.maximum(out, 0.0, out=out)
+
+
+def eq5_profiles(
+    profile: Float[np.ndarray, "*links grid"], n_positions: int
+) -> Float[np.ndarray, "*links grid"]:
+    """F of paper Eq. 5 from the Bartlett share, or the MUSIC spectrum from the subspace's share.
+
+    With one snapshot vector the covariance of Eq. 5 has rank one, so its noise
+    projector is I - h h^H / |h|^2 and F = 1 / (n - |a^H h|^2 / |h|^2): a monotone map.
+    """
+    return 1.0 / np.maximum(n_positions * (1.0 - profile), np.finfo(np.float32).eps)
+
+
+@np.errstate(under="ignore")
+def profiles(
+    signal: Complex[np.ndarray, "links *snapshots positions"],
+    aperture: Aperture,
+    *,
+    azimuths_rad: Float[np.ndarray, " azimuths"],
+    elevations_rad: Float[np.ndarray, " elevations"] | tuple[float, ...] = (0.0,),
+) -> Float[np.ndarray, "links elevations azimuths"]:
+    """Bartlett profiles over azimuth and elevation, of any aperture (paper Fig. 2).
+
+    Args:
+        signal: What was heard at each position, one row per link; of several snapshots
+            (subcarriers) the shares are averaged, that is, their powers add.
+        aperture: Where it was heard.
+        azimuths_rad: Candidate azimuths; a whole circle of an even number is fastest.
+        elevations_rad: Candidate elevations; a flat aperture needs none below 0.
+    """
+    rows = signal.reshape(-1, signal.shape[-1])
+    n_snapshots = max(1, len(rows) // max(1, len(signal)))
+    found = np.empty((len(signal), len(elevations_rad), len(azimuths_rad)), np.float32)
+    for k, elevation_rad in enumerate(elevations_rad):
+        share = bartlett_profiles(rows, aperture.steering(azimuths_rad, elevation_rad=float(elevation_rad)))
+        found[:, k] = share.reshape(len(signal), n_snapshots, len(azimuths_rad)).mean(axis=1)
+    return found

@@ -1,0 +1,289 @@
+"""Channel state information of one to three antennas on a moving robot, from propagation paths.
+
+Every packet gives one complex number per antenna and subcarrier: the sum over paths. The
+paths stay as they are while the robot turns or moves a little, so AOA errors come out of the
+geometry and repeat at the same poses. What the receiver does to it: `wifipgo.radio.channel.receiver`.
+"""
+
+import functools
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Complex64, Float, Float32
+
+from wifipgo.errors import require, require_within
+from wifipgo.radio.channel.bands import BANDS, SUBCARRIER_SPACING_HZ, band_of
+from wifipgo.radio.channel.receiver import received_csi, white_noise
+from wifipgo.radio.propagation.materials import SPEED_OF_LIGHT_M_S
+from wifipgo.radio.propagation.paths import Paths
+
+__all__ = [
+    "REPORTED_SUBCARRIERS",
+    "SUBCARRIER_SPACING_HZ",
+    "RadioConfig",
+    "antenna_offsets",
+    "array_csi",
+    "centre_channel",
+    "pair_csi",
+    "received_csi",
+    "subcarrier_phasors",
+    "white_noise",
+]
+
+THERMAL_NOISE_DBM_PER_HZ = -174.0
+# Those of a 20 MHz channel; others in `wifipgo.radio.channel.bands`.
+REPORTED_SUBCARRIERS = BANDS[20e6].subcarriers
+_FEW_LINKS = 40  # of which the sines cost less than the calls that save them
+_MAX_ANTENNAS = 3  # as many as an Intel 5300 has
+# No robot comes near; beyond, phases lose their digits and directions between antennas their meaning.
+FARTHEST_ANTENNA_M, CLOSEST_ANTENNAS_M = 10.0, 1e-4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RadioConfig:
+    """Transmitter and receiver. 5 GHz band and Intel 5300: paper Sec. 7.2.1; powers are ours.
+
+    Attributes:
+        carrier_hz: Middle of the channel.
+        bandwidth_hz: Width of the channel, 20 or 40 MHz.
+        tx_power_dbm: Power sent, over the whole channel.
+        noise_figure_db: Of the receiver.
+        max_order: Most reflections of a path.
+        penetration: Whether paths go on through obstacles.
+        antennas_m: One to three receive antennas (x ahead, y left) in the body frame; none for
+            the pair of `wifipgo.radio.aoa.AoaConfig` along the heading.
+    """
+
+    carrier_hz: float = 5.0e9
+    bandwidth_hz: float = 20e6
+    tx_power_dbm: float = -8.0
+    noise_figure_db: float = 6.0
+    max_order: int = 1
+    penetration: bool = True
+    antennas_m: tuple[Sequence[float], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Reject values that cannot mean anything."""
+        limits = {"carrier_hz": (1e9, 10e9), "tx_power_dbm": (-60.0, 30.0), "noise_figure_db": (0.0, 30.0)}
+        require_within(self, limits)
+        require(self.max_order in {0, 1, 2}, "RadioConfig.max_order", "0, 1 or 2", self.max_order)
+        require(self.bandwidth_hz in BANDS, "RadioConfig.bandwidth_hz", "20e6 or 40e6", self.bandwidth_hz)
+        object.__setattr__(self, "antennas_m", _antenna_places(self.antennas_m))
+
+    @property
+    def wavelength_m(self) -> float:
+        """Carrier wavelength."""
+        return SPEED_OF_LIGHT_M_S / self.carrier_hz
+
+    def scaled(self, scale: float) -> "RadioConfig":
+        """The same with antennas further apart, or closer, by a factor.
+
+        Raises:
+            ValueError: If they are then too far from the body, or too close to each other.
+        """
+        return replace(self, antennas_m=tuple((scale * x, scale * y) for x, y in self.antennas_m))
+
+    @property
+    def snr_scale(self) -> float:
+        """Linear SNR of a subcarrier whose channel gain is one.
+
+        Power and noise are spread over the same channel, so the ratio is that of the totals.
+        """
+        noise_dbm = THERMAL_NOISE_DBM_PER_HZ + 10.0 * np.log10(self.bandwidth_hz) + self.noise_figure_db
+        return float(10.0 ** ((self.tx_power_dbm - noise_dbm) / 10.0))
+
+
+def _antenna_places(antennas_m: Iterable[Sequence[float]]) -> tuple[tuple[float, ...], ...]:
+    """Check antenna positions and make them hashable."""
+    field = "RadioConfig.antennas_m"
+    places = tuple(tuple(map(float, place)) for place in antennas_m)
+    require(len(places) <= _MAX_ANTENNAS, field, f"at most {_MAX_ANTENNAS} positions", antennas_m)
+    pairs = all(len(place) == 2 and max(map(abs, place)) <= FARTHEST_ANTENNA_M for place in places)
+    require(pairs, field, f"pairs (x_m, y_m) of at most {FARTHEST_ANTENNA_M:g} m", antennas_m)
+    apart = all(math.dist(*two) >= CLOSEST_ANTENNAS_M for two in itertools.combinations(places, 2))
+    require(apart, field, f"positions at least {CLOSEST_ANTENNAS_M:g} m apart", antennas_m)
+    return places
+
+
+def _phasors(angle_rad: Float32[np.ndarray, "*shape"]) -> Complex64[np.ndarray, "*shape"]:
+    """exp(j angle) in single precision, ten times faster than the complex exponential."""
+    out = np.empty(angle_rad.shape, dtype=np.complex64)
+    np.cos(angle_rad, out=out.real)
+    np.sin(angle_rad, out=out.imag)
+    return out
+
+
+@np.errstate(under="ignore")
+def subcarrier_phasors(
+    delay_s: Float[np.ndarray, "links paths"], *, bandwidth_hz: float = 20e6
+) -> Complex[np.ndarray, "links paths subcarriers"]:
+    """Phase that each path's delay adds at each reported subcarrier, relative to the carrier."""
+    turns = _within_a_turn(-SUBCARRIER_SPACING_HZ * delay_s)
+    each_rad = np.multiply(2.0 * np.pi, turns, dtype=np.float32, casting="same_kind")
+    return _phasors(each_rad[..., None] * _subcarriers_f32(bandwidth_hz))
+
+
+def _within_a_turn(turns: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
+    """Turns without whole ones, which would cost single precision its digits; in place."""
+    turns -= np.rint(turns)
+    return turns
+
+
+@functools.lru_cache(maxsize=len(BANDS))
+def _subcarriers_f32(bandwidth_hz: float) -> Float32[np.ndarray, " subcarriers"]:
+    """Indices of the reported subcarriers, in single precision."""
+    return band_of(bandwidth_hz).subcarriers.astype(np.float32)
+
+
+@np.errstate(under="ignore")
+def centre_channel(paths: Paths, *, bandwidth_hz: float = 20e6) -> Complex[np.ndarray, "links subcarriers"]:
+    """Noise-free channel at the receiver's centre, gain per subcarrier."""
+    if len(paths.gain) > _FEW_LINKS:
+        return _channel_by_doubling(paths, bandwidth_hz)
+    each = subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz)
+    found: np.ndarray = np.matmul(paths.gain[:, None].astype(np.complex64), each)[:, 0]
+    return found
+
+
+def _channel_by_doubling(paths: Paths, bandwidth_hz: float) -> Complex[np.ndarray, "links subcarriers"]:
+    """The same for many links.
+
+    Between subcarriers as far apart a path turns by the same factor, so most are products of others: twice as
+    many with each multiplication, which costs a fraction of as many sines and errs by a few roundings.
+    """
+    combs = _combs(bandwidth_hz)
+    turns = combs.indices[:, None, None] * (-SUBCARRIER_SPACING_HZ * paths.delay_s.T)
+    *firsts, power = _phasors((2.0 * np.pi * _within_a_turn(turns)).astype(np.float32))
+    gain, powers = paths.gain.T.astype(np.complex64), [power]
+    each = np.empty((combs.ends[-1], *gain.shape), dtype=np.complex64)
+    for first, start, end in zip(firsts, (0, *combs.ends), combs.ends, strict=False):
+        np.multiply(first, gain, out=each[start])
+        done, k = 1, 0
+        while done < end - start:
+            if k == len(powers):
+                powers.append(powers[-1] * powers[-1])
+            more, at = min(done, end - start - done), start + done
+            np.multiply(each[start : start + more], powers[k], out=each[at : at + more])
+            done, k = done + more, k + 1
+    found: np.ndarray = each.sum(axis=1).T
+    return found
+
+
+class _Combs(NamedTuple):
+    """Reported subcarriers as runs that are equally far apart: the first of each, then the distance; ends."""
+
+    indices: Float[np.ndarray, " runs+1"]
+    ends: tuple[int, ...]
+
+
+@functools.lru_cache(maxsize=len(BANDS))
+def _combs(bandwidth_hz: float) -> _Combs:
+    """Runs of a band."""
+    subcarriers = band_of(bandwidth_hz).subcarriers
+    gaps = np.diff(subcarriers)
+    apart = np.bincount(gaps).argmax()
+    starts = np.append(0, np.flatnonzero(gaps != apart) + 1)
+    indices = np.append(subcarriers[starts], apart).astype(float)
+    return _Combs(indices, (*starts[1:].tolist(), len(subcarriers)))
+
+
+@np.errstate(under="ignore")
+def pair_csi(
+    paths: Paths,
+    heading_rad: Float[np.ndarray, "links positions"],
+    *,
+    antenna_gap_m: float,
+    wavelength_m: float,
+    bandwidth_hz: float = 20e6,
+) -> Complex[np.ndarray, "links 2 positions subcarriers"]:
+    """Noise-free CSI of two antennas at ``+-gap/2`` along the heading of the receiver.
+
+    A plane wave from azimuth ``a`` reaches an antenna at offset ``d`` with phase
+    ``+2 pi / lambda u(a).d`` relative to the centre.
+
+    Args:
+        paths: One row per link; azimuths in the same frame as the headings.
+        heading_rad: Direction of the antenna axis at each packet.
+        antenna_gap_m: Distance between the antennas.
+        wavelength_m: Carrier wavelength.
+        bandwidth_hz: Width of the channel.
+
+    Returns:
+        Channel gains, complex64, antenna 0 ahead and antenna 1 behind.
+    """
+    half_turns = np.pi * antenna_gap_m / wavelength_m
+    away_rad = (paths.azimuth_rx_rad[:, None, :] - heading_rad[:, :, None]).astype(np.float32)
+    angle_rad = np.float32(half_turns) * np.cos(away_rad)
+    per_path = subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz)
+    per_path *= paths.gain.astype(np.complex64)[:, :, None]
+    turned = per_path * np.complex64(1j)
+    # exp(+-j angle) = cos +- j sin: both antennas share two products that are real on one side.
+    even = np.cos(angle_rad) @ per_path.view(np.float32)
+    odd = np.sin(angle_rad) @ turned.view(np.float32)
+    out = np.empty((len(even), 2, *even.shape[1:]), dtype=np.float32)
+    np.add(even, odd, out=out[:, 0])
+    np.subtract(even, odd, out=out[:, 1])
+    return out.view(np.complex64)
+
+
+def antenna_offsets(
+    antennas_m: Float[np.ndarray, "antennas 2"],
+    heading_rad: Float[np.ndarray, "links positions"],
+    displacement_m: Float[np.ndarray, "*links positions axes"] | None = None,
+) -> Float[np.ndarray, "links antennas positions 2"]:
+    """Where the antennas are at each packet, from the place that the paths were traced to.
+
+    Args:
+        antennas_m: Antennas in the body frame.
+        heading_rad: Heading at each packet.
+        displacement_m: Place of the body at each packet, world axes, one for all links or one for
+            each; with or without height, which changes nothing on paths in the plane. None for a
+            turn in place.
+
+    Returns:
+        Offsets, world axes, m.
+    """
+    ahead, left = antennas_m.T[:, None, :, None]  # (1, antennas, 1) each
+    cos, sin = np.cos(heading_rad)[:, None], np.sin(heading_rad)[:, None]
+    offset_m = np.stack([ahead * cos - left * sin, ahead * sin + left * cos], axis=-1)
+    if displacement_m is not None:
+        require(displacement_m.shape[-1] in {2, 3}, "axes of displacement_m", "2 or 3", displacement_m.shape)
+        require(bool(np.isfinite(displacement_m).all()), "displacement_m", "finite", displacement_m)
+        offset_m += np.expand_dims(displacement_m[..., :2], -3)
+    return offset_m
+
+
+@np.errstate(under="ignore")
+def array_csi(
+    paths: Paths,
+    offset_m: Float[np.ndarray, "links antennas positions 2"],
+    *,
+    wavelength_m: float,
+    bandwidth_hz: float = 20e6,
+) -> Complex[np.ndarray, "links antennas positions subcarriers"]:
+    """Noise-free CSI of antennas at any offsets from where the paths arrive.
+
+    Every path is a plane wave there: at offset ``d`` its phase is ``+2 pi / lambda u(a).d`` relative to
+    the centre, at all subcarriers. That holds while the offset is small against the
+    distance to the last reflection, and against c over the bandwidth (15 m at 20 MHz).
+
+    Args:
+        paths: One row per link; azimuths in the world frame.
+        offset_m: From `antenna_offsets`.
+        wavelength_m: Carrier wavelength.
+        bandwidth_hz: Width of the channel.
+
+    Returns:
+        Channel gains, complex64.
+    """
+    n_links, n_antennas, n_positions, _ = offset_m.shape
+    towards = np.stack([np.cos(paths.azimuth_rx_rad), np.sin(paths.azimuth_rx_rad)], axis=1)
+    turns = offset_m.reshape(n_links, n_antennas * n_positions, 2) @ towards / wavelength_m
+    arriving = _phasors((2.0 * np.pi * _within_a_turn(turns)).astype(np.float32))
+    arriving *= paths.gain.astype(np.complex64)[:, None, :]
+    channel = np.matmul(arriving, subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz))
+    return channel.reshape(n_links, n_antennas, n_positions, channel.shape[-1])

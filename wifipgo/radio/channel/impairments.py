@@ -1,0 +1,106 @@
+"""Departures of a radio from the ideal, each with its own switch, and what of them an episode keeps.
+
+Errors of the heading decide where the antennas really are, the diffuse cluster adds paths, and
+the rest happens in the receiver (`wifipgo.radio.channel.receiver`). What is drawn once for an episode is
+`Standing`; multipath is never drawn per packet.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from wifipgo.errors import require_within
+from wifipgo.radio.propagation.diffuse_scattering import Diffuse, draw_diffuse
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImpairmentConfig:
+    """Departures of a receiver from the ideal. All values are ours.
+
+    Attributes:
+        noise_floor: Thermal noise at the level of the radio's bandwidth and noise figure.
+        common_phase: Uniform phase of each packet, from oscillators that are not locked.
+        timing_jitter_s: Standard deviation of the symbol timing of each packet, white: 12 to 26 ns
+            on recordings of the Intel 5300.
+        packet_loss: Probability that a packet does not arrive; one loss takes all antennas.
+        agc: Every packet is scaled on its own, so that its largest I or Q is full scale.
+        int8: I and Q are rounded to -127..127; without ``agc`` one scale serves a link's whole turn.
+        chain_phase_rad: Standard deviation of the phase of each receive chain relative to the
+            first, constant per robot and episode.
+        heading_noise_rad: Standard deviation of the true heading at each packet about the one that
+            the receiver believes, white.
+        heading_bias_rad: True heading minus believed one, constant.
+        diffuse_ratio: Power of the diffuse cluster over that of the traced paths; 0 for none.
+        diffuse_spread_rad: Standard deviation of its taper over angle, see `wifipgo.radio.propagation.diffuse_scattering`.
+    """
+
+    noise_floor: bool = True
+    common_phase: bool = True
+    timing_jitter_s: float = 20e-9
+    packet_loss: float = 0.0
+    agc: bool = False
+    int8: bool = False
+    chain_phase_rad: float = 0.0
+    heading_noise_rad: float = 0.0
+    heading_bias_rad: float = 0.0
+    diffuse_ratio: float = 0.0
+    diffuse_spread_rad: float = float(np.deg2rad(30.0))
+
+    def __post_init__(self) -> None:
+        """Reject values that cannot mean anything."""
+        require_within(self, _LIMITS)
+
+
+_LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {
+        "timing_jitter_s": (0.0, 1e-6),  # a symbol's guard interval is 0.8 us
+        "packet_loss": (0.0, 1.0),
+        "chain_phase_rad": (0.0, 2.0 * np.pi),  # from half of that on it is as good as uniform
+        "heading_noise_rad": (0.0, np.pi),
+        "heading_bias_rad": (-np.pi, np.pi),
+        "diffuse_ratio": (0.0, 1e6),
+        "diffuse_spread_rad": (1e-3, np.pi),
+    }
+)
+
+
+class Standing(NamedTuple):
+    """Impairments of an episode: the configuration, and what was drawn once.
+
+    Attributes:
+        cfg: The configuration.
+        chain_rad: Phase offset of each robot's receive chains.
+        diffuse: Scatterers of the diffuse cluster, or None.
+    """
+
+    cfg: ImpairmentConfig
+    chain_rad: Float[np.ndarray, "robots antennas"]
+    diffuse: Diffuse | None
+
+
+def draw_standing(
+    cfg: ImpairmentConfig, *, n_robots: int, n_antennas: int, size_m: float, rng: np.random.Generator
+) -> Standing:
+    """Draw what holds for a whole episode in a room of ``size_m`` x ``size_m``."""
+    chain_rad = cfg.chain_phase_rad * rng.standard_normal((n_robots, n_antennas))
+    chain_rad[:, 0] = 0.0
+    diffuse = None
+    if cfg.diffuse_ratio > 0.0:
+        diffuse = draw_diffuse(
+            ratio=cfg.diffuse_ratio, spread_rad=cfg.diffuse_spread_rad, size_m=size_m, rng=rng
+        )
+    return Standing(cfg, chain_rad, diffuse)
+
+
+def true_headings(
+    heading_rad: Float[np.ndarray, "links positions"], cfg: ImpairmentConfig, *, rng: np.random.Generator
+) -> Float[np.ndarray, "links positions"]:
+    """Where the receiver really looks when it believes ``heading_rad``."""
+    true_rad = heading_rad + cfg.heading_bias_rad
+    if cfg.heading_noise_rad > 0.0:
+        true_rad += cfg.heading_noise_rad * rng.standard_normal(true_rad.shape)
+    return true_rad

@@ -1,0 +1,144 @@
+"""From channel gains to what a receiver reports, packet by packet.
+
+In the order of the signal: phase offsets of the receive chains, thermal noise, the oscillator
+and symbol timing of each packet (common to all antennas, so both cancel between antennas),
+packets that never arrive, gain control, 8-bit samples.
+"""
+
+import functools
+import math
+
+import numpy as np
+from jaxtyping import Complex, Float
+from scipy.special import ndtri
+
+from wifipgo.errors import require
+from wifipgo.radio.channel.bands import SUBCARRIER_SPACING_HZ, band_of
+from wifipgo.radio.channel.impairments import ImpairmentConfig
+
+# Largest I or Q of a report of signed bytes.
+FULL_SCALE = 127
+# More than the largest block that one link takes; offsets into it make blocks differ.
+_NOISE_TABLE_SIZE = 1 << 20
+_OSCILLATOR_TABLE_SIZE = 4096
+
+
+@functools.lru_cache(maxsize=4)
+def _noise_windows(amplitude: float, size: int) -> Complex[np.ndarray, "windows size"]:
+    """All stretches of a table of circular complex normal samples, the same everywhere."""
+    table = _noise_table() * np.float32(amplitude)
+    return np.lib.stride_tricks.sliding_window_view(table, size)
+
+
+@functools.cache
+def _noise_table() -> Complex[np.ndarray, " samples"]:
+    """Circular complex normal samples of unit power, drawn once."""
+    draw = np.random.default_rng(np.random.SeedSequence(0x5EED)).standard_normal(
+        2 * _NOISE_TABLE_SIZE, dtype=np.float32
+    )
+    return (draw * np.float32(np.sqrt(0.5))).view(np.complex64)
+
+
+@np.errstate(under="ignore")
+def white_noise(
+    shape: tuple[int, ...], *, amplitude: float = 1.0, rng: np.random.Generator
+) -> Complex[np.ndarray, "..."]:
+    """Complex white noise of power ``amplitude^2``, a block per first index, cut from a table at random.
+
+    Drawing every sample afresh would cost more than the rest of a step. The offsets are
+    what ``rng`` decides; within a block the samples are independent.
+
+    Raises:
+        ValueError: If a block is larger than the table.
+    """
+    size = math.prod(shape[1:])
+    require(size <= _NOISE_TABLE_SIZE, "size of a noise block", f"<= {_NOISE_TABLE_SIZE}", size)
+    windows = _noise_windows(amplitude, size)
+    return windows[rng.integers(len(windows), size=shape[0])].reshape(shape)
+
+
+@functools.lru_cache(maxsize=8)
+def _oscillator_table(
+    common_phase: bool, timing_jitter_s: float, bandwidth_hz: float
+) -> Complex[np.ndarray, "draws subcarriers"]:
+    """Factors that oscillator and timing put on a packet: 4096 of equal probability.
+
+    Quantiles of the uniform phase paired at random with quantiles of the normal timing.
+    """
+    quantile = (np.arange(_OSCILLATOR_TABLE_SIZE) + 0.5) / _OSCILLATOR_TABLE_SIZE
+    shuffled = np.random.default_rng(np.random.SeedSequence(0x71C)).permutation(quantile)
+    delay_s = timing_jitter_s * ndtri(quantile)
+    slope_hz = SUBCARRIER_SPACING_HZ * band_of(bandwidth_hz).subcarriers
+    turns = common_phase * shuffled[:, None] - delay_s[:, None] * slope_hz
+    table = np.exp(2j * np.pi * turns).astype(np.complex64)
+    table.setflags(write=False)
+    return table
+
+
+@np.errstate(under="ignore")
+def reported(
+    csi: Complex[np.ndarray, "links antennas positions subcarriers"], *, agc: bool, int8: bool
+) -> Complex[np.ndarray, "links antennas positions subcarriers"]:
+    """CSI in units of the converter, largest I or Q at `FULL_SCALE`; rounded if ``int8``.
+
+    One scale for each packet with ``agc``, for each link without: the antennas share it, as the
+    report of an Intel 5300 has one for all its bytes. Packets without power stay zero.
+    """
+    parts = np.ascontiguousarray(csi, dtype=np.complex64).view(np.float32)
+    axes = (1, 3) if agc else (1, 2, 3)
+    largest = np.abs(parts).max(axis=axes, keepdims=True, initial=0.0)
+    scaled = parts * (FULL_SCALE / np.maximum(largest, FULL_SCALE * np.finfo(np.float32).tiny))
+    return (np.rint(scaled) if int8 else scaled).astype(np.float32).view(np.complex64)
+
+
+@np.errstate(under="ignore")
+def received_csi(
+    channel: Complex[np.ndarray, "links antennas positions subcarriers"],
+    *,
+    snr_scale: float,
+    rng: np.random.Generator,
+    cfg: ImpairmentConfig | None = None,
+    chain_rad: Float[np.ndarray, "links antennas"] | None = None,
+    bandwidth_hz: float = 20e6,
+    only_between: bool = False,
+) -> Complex[np.ndarray, "links antennas positions subcarriers"]:
+    """CSI as the receiver reports it.
+
+    Args:
+        channel: Noise-free gains.
+        snr_scale: Linear SNR at unit gain, `wifipgo.radio.channel.csi.RadioConfig.snr_scale`.
+        rng: The channel's stream.
+        cfg: What goes wrong; the defaults of `ImpairmentConfig` without.
+        chain_rad: Phase offset of each link's receive chains; none without.
+        bandwidth_hz: That of the channel's subcarriers.
+        only_between: The caller only compares antennas of one packet and subcarrier, so that what
+            the oscillator and the timing do to both cancels: it is drawn, but not put on.
+
+    Returns:
+        Noisy CSI, complex64, in units of channel gain, or of the converter with ``agc`` or
+        ``int8``. A packet that is lost is zero.
+    """
+    cfg = cfg or ImpairmentConfig()
+    if chain_rad is not None:
+        channel = channel * np.exp(1j * chain_rad).astype(np.complex64)[:, :, None, None]
+    received = _noisy(channel, snr_scale, rng) if cfg.noise_floor else channel.astype(np.complex64)
+    if cfg.common_phase or cfg.timing_jitter_s > 0.0:
+        table = _oscillator_table(cfg.common_phase, cfg.timing_jitter_s, bandwidth_hz)
+        drawn = rng.integers(len(table), size=(len(channel), channel.shape[2]))
+        if not only_between or cfg.agc or cfg.int8:  # which look at I and Q
+            received *= table.take(drawn, axis=0)[:, None]
+    if cfg.packet_loss > 0.0:
+        arrives = rng.random((len(channel), channel.shape[2]), dtype=np.float32) >= cfg.packet_loss
+        received *= arrives[:, None, :, None]
+    return reported(received, agc=cfg.agc, int8=cfg.int8) if cfg.agc or cfg.int8 else received
+
+
+def _noisy(
+    channel: Complex[np.ndarray, "links antennas positions subcarriers"],
+    snr_scale: float,
+    rng: np.random.Generator,
+) -> Complex[np.ndarray, "links antennas positions subcarriers"]:
+    """The channel in thermal noise."""
+    noise = white_noise(channel.shape, amplitude=float(1.0 / np.sqrt(snr_scale)), rng=rng)
+    noise += channel
+    return noise

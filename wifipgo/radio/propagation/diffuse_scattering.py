@@ -1,0 +1,74 @@
+"""A diffuse cluster: power from many small scatterers beside the traced paths.
+
+The scatterers are points in the room, drawn once an episode. A link reaches each by one
+bounce, so delay and both directions follow from the geometry: the same poses give the same
+channel, nearby poses nearly the same, and both ends agree. How much each adds falls with the
+angle between its direction and the straight line between the robots, at either end.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from wifipgo.radio.propagation.materials import SPEED_OF_LIGHT_M_S
+from wifipgo.radio.propagation.paths import Paths
+from wifipgo.se2 import wrap_angle
+
+# Paths that only a scatterer explains, in the column `Paths.order`.
+SCATTERED = 9
+N_SCATTERERS = 64
+
+
+class Diffuse(NamedTuple):
+    """Scatterers of an episode.
+
+    Attributes:
+        at_m: Their places, world.
+        reflectivity: Amplitude and phase of each, unitless.
+        ratio: Power of the cluster over that of a link's traced paths.
+        spread_rad: Standard deviation of the Gaussian taper of power over angle.
+    """
+
+    at_m: Float[np.ndarray, "scatterers 2"]
+    reflectivity: Complex[np.ndarray, " scatterers"]
+    ratio: float
+    spread_rad: float
+
+
+def draw_diffuse(*, ratio: float, spread_rad: float, size_m: float, rng: np.random.Generator) -> Diffuse:
+    """Scatterers anywhere in a square room with a corner at the origin, circular normal."""
+    at_m = rng.uniform(0.0, size_m, (N_SCATTERERS, 2))
+    parts = rng.standard_normal((2, N_SCATTERERS))
+    return Diffuse(at_m, parts[0] + 1j * parts[1], ratio, spread_rad)
+
+
+@np.errstate(under="ignore")
+def with_diffuse(
+    paths: Paths,
+    tx_m: Float[np.ndarray, "links 2"],
+    rx_m: Float[np.ndarray, "links 2"],
+    diffuse: Diffuse,
+    *,
+    carrier_hz: float,
+) -> Paths:
+    """Paths of each link with those over the scatterers behind them.
+
+    Their power adds up to ``ratio`` times that of the traced paths: a link without a path
+    stays without. Taper: ``exp(-(a_rx^2 + a_tx^2) / (2 spread^2))`` in power, with ``a`` the angle
+    from the straight line at that end.
+    """
+    to_rx, to_tx = (diffuse.at_m[None] - end_m[:, None] for end_m in (rx_m, tx_m))
+    azimuth_rx, azimuth_tx = (np.arctan2(way[..., 1], way[..., 0]) for way in (to_rx, to_tx))
+    line_rad = np.arctan2(*(tx_m - rx_m).T[::-1])[:, None]
+    off = wrap_angle(azimuth_rx - line_rad) ** 2 + wrap_angle(azimuth_tx - line_rad - np.pi) ** 2
+    nearest = off.min(axis=1, keepdims=True)  # taken out, so that not all of them underflow
+    amplitude = diffuse.reflectivity * np.exp(-(off - nearest) / (4.0 * diffuse.spread_rad**2))
+    length_m = np.linalg.norm(to_rx, axis=-1) + np.linalg.norm(to_tx, axis=-1)
+    delay_s = length_m / SPEED_OF_LIGHT_M_S
+    power = diffuse.ratio * (np.abs(paths.gain) ** 2).sum(axis=1) / (np.abs(amplitude) ** 2).sum(axis=1)
+    gain = np.sqrt(power)[:, None] * amplitude * np.exp(-2j * np.pi * carrier_hz * delay_s)
+    there = gain != 0.0
+    order = np.where(there, SCATTERED, -1)
+    added = (gain, delay_s * there, azimuth_rx * there, azimuth_tx * there, order)
+    return Paths(*(np.concatenate(pair, axis=1) for pair in zip(paths, added, strict=True)))

@@ -1,0 +1,78 @@
+"""Bearings from real CSI recordings, on the command line and as a function.
+
+::
+
+    python -m wifipgo.radio.recordings PATH [--out DIR]
+
+Reads links (`wifipgo.radio.recordings.wsr_dataset`), computes each profile (`wifipgo.radio.aoa.moving_aperture`) and
+takes its peaks with the code of the simulator (`wifipgo.radio.aoa.find_peaks`).
+"""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from wifipgo.command_line import exit_code, say
+from wifipgo.radio.aoa.moving_aperture import ApertureConfig, Bearing, aperture_bearing
+from wifipgo.radio.recordings.report import print_report
+from wifipgo.radio.recordings.wsr_dataset import Link, read_links
+
+
+def bearing(link: Link, cfg: ApertureConfig | None = None) -> Bearing:
+    """Bearing of a link's transmitter in the map frame, with its profile and peaks."""
+    return aperture_bearing(
+        link.forward * link.reverse, link.displacement_m, wavelength_m=link.wavelength_m, cfg=cfg
+    )
+
+
+def report(
+    path: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="PATH")],
+    out: Path = Path("results/recordings"),
+) -> None:
+    """Find transmitters in real Wi-Fi recordings and compare with motion capture.
+
+    Prints one line a link: the bearing (top peak of the profile), the peak closest to
+    the truth (an oracle's choice, not an answer), the truth (bearing from the mean
+    position of the receiver's path), the error of the top peak, the share of the
+    signal's power that it explains, the confidence (1: certain, 0: a guess; "out" marks
+    the least confident 10 % of the links), where there are some, the packets left out as antenna A
+    did not hear them at both ends, and, where the recording carries them, the
+    answer and error of the WSR toolbox. Then medians and means per set, with and without
+    the links marked "out", and a picture with one polar profile a link.
+
+    Examples: a raw run ``data/wsr/raw_LOS_A_L1``; a pack ``data/wsr/wsr_slim_dev.npz``;
+    a folder of either, ``data/wsr``. Exit code 2 and one line on stderr if a recording
+    cannot be read. A log alone, csi.dat, is told what it holds.
+
+    Args:
+        path: A raw run (folder with csi_rx_*.dat), a packed .npz, or a folder of packs or runs.
+        out: Folder for the picture, made if it is not there.
+    """
+    links = read_links(path)
+    out.mkdir(parents=True, exist_ok=True)
+    bearings = [bearing(link) for link in links]
+    print_report(links, bearings, title=path.resolve().name)
+    _draw(links, bearings, out / f"{path.resolve().stem}.png", title=path.resolve().stem)
+
+
+def _draw(links: list[Link], bearings: list[Bearing], picture: Path, *, title: str) -> None:
+    """Draw what was printed already: a picture that fails is a warning."""
+    from wifipgo.figures import drawing  # noqa: PLC0415 (loads matplotlib, slowly)
+
+    with drawing(picture):
+        from wifipgo.radio._recordings_picture import save_picture  # noqa: PLC0415
+
+        save_picture(links, bearings, picture, title=title)
+        say(f"picture: {picture}")
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run from the command line; the exit code is that of `wifipgo.command_line`."""
+    return exit_code(lambda: tyro.cli(report, prog="python -m wifipgo.radio.recordings", args=args))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

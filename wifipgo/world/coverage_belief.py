@@ -1,0 +1,94 @@
+"""What each robot believes that it has seen of the room, and how surely it has it in place.
+
+The room is cut into ``N_BINS`` by ``N_BINS`` squares in the robot's own estimate of the world.
+Each holds the greatest probability, over the poses from which it was in range, that the pose put
+it within `TOLERANCE_M` of the truth; 0 where it was not seen. Robots know neither obstacles nor
+the truth, so a square behind an obstacle counts as seen here.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from wifipgo.graph.covariance import looseness_m2
+from wifipgo.se2 import length
+from wifipgo.world.coverage import TOLERANCE_M, inside, window
+
+N_BINS = 16
+# Bytes of a survey as sent: one for each square.
+BYTES_PER_SURVEY = N_BINS**2
+
+
+class Survey(NamedTuple):
+    """Probabilities in [0, 1], square by square; x grows along the first axis of a map, y along the second.
+
+    Attributes:
+        own: From the robot's own trajectory, as it now believes that.
+        told: Greatest of what others sent when they met, as they then had it.
+    """
+
+    own: Float[np.ndarray, "robots bins bins"]
+    told: Float[np.ndarray, "robots bins bins"]
+
+    @property
+    def known(self) -> Float[np.ndarray, "robots bins bins"]:
+        """Both together."""
+        return np.maximum(self.own, self.told)
+
+
+def no_survey(n_robots: int) -> Survey:
+    """Nothing was seen yet."""
+    nothing = np.zeros((n_robots, N_BINS, N_BINS), dtype=np.float32)
+    return Survey(nothing, nothing)
+
+
+def probability_in_place(
+    covariance: Float[np.ndarray, "... 3 3"], *, reach_m: float
+) -> Float[np.ndarray, "..."]:
+    """Probability that what is seen from a pose is put within `TOLERANCE_M` of where it is.
+
+    Rayleigh's law, by the mean square error of places at two thirds of the range, the mean distance
+    of what is in it; the two directions of an error are taken to be alike.
+    """
+    spread_m2 = looseness_m2(covariance, reach_m=2.0 / 3.0 * reach_m)
+    return 1.0 - np.exp(-(TOLERANCE_M**2) / np.maximum(spread_m2, 1e-12))
+
+
+def surveyed(
+    own: Float[np.ndarray, "robots bins bins"],
+    robot: Int[np.ndarray, " poses"],
+    p_m: Float[np.ndarray, "poses 2"],
+    in_place: Float[np.ndarray, " poses"],
+    *,
+    size_m: float,
+    range_m: float,
+) -> Float[np.ndarray, "robots bins bins"]:
+    """Add what is seen from some poses: squares whose middle is in range, and the one that one stands in.
+
+    Args:
+        own: Map of each robot.
+        robot: Whose poses.
+        p_m: Where they believe that they stood.
+        in_place: Probability that what they saw there is put in place.
+        size_m: Width of the room.
+        range_m: How far they see.
+    """
+    width_m = size_m / N_BINS
+    here = np.floor(p_m / width_m)
+    nearest = np.minimum(np.maximum(here, 0.0), N_BINS - 1.0)  # a belief may be far outside
+    offset = window(int(min(np.ceil(range_m / width_m), N_BINS)))
+    index = nearest.astype(np.int64)[:, None] + offset
+    near = length(width_m * (index + 0.5) - p_m[:, None]) <= range_m
+    near[:, len(offset) // 2] |= (here == nearest).all(axis=1)
+    near &= inside(index, N_BINS)
+    pose, place = near.nonzero()
+    x, y = index[pose, place].T
+    out = own.copy()
+    np.maximum.at(out.reshape(-1), (robot[pose] * N_BINS + x) * N_BINS + y, in_place[pose].astype(np.float32))
+    return out
+
+
+def team_share(survey: Survey) -> float:
+    """Mean over the room of the surest that any robot's own map is: the mapped share as robots can tell."""
+    return float(survey.own.max(axis=0).sum() / N_BINS**2)
