@@ -31,7 +31,8 @@ from envs._observation import observe
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
 from wifipgo.atomic_files import write_json
 from wifipgo.graph import residual_error, solve
-from wifipgo.radio.turn_profiles import listen, probe_links
+from wifipgo.radio.links import probe_links
+from wifipgo.radio.turn_profiles import listen
 from wifipgo.rendezvous import NOBODY
 from wifipgo.world.lidar import scan
 
@@ -114,30 +115,36 @@ def parts(scenario: str) -> Iterator[tuple[str, int, Callable[[], object]]]:
     """Name, robots and call of each part of a step."""
     env = half_way(scenario)
     sc, belief, poses = env.scenario, env.tick.belief, env.tick.truth.poses[:, -1]
-    links = probe_links(poses[:, :2], env.world.surfaces, sc.radio)
-    robot, slot = np.nonzero(belief.slots != NOBODY)
-    sender, rng = belief.slots[robot, slot], np.random.default_rng(0)
+    links = probe_links(poses[:, :2], env.world.scene.surfaces, sc.radio)
+    robot, slot = np.nonzero(belief.radio.slots != NOBODY)
+    sender, rng = belief.radio.slots[robot, slot], np.random.default_rng(0)
     waypoints = rng.uniform(-1.0, 1.0, (sc.n_robots, 2))
     yield "physics", sc.n_robots, lambda: env.world.arena.drive(poses, waypoints)
     yield "lidar", sc.n_robots, lambda: _lidar(env, poses)
     yield (
         "paths and links, all pairs",
         sc.n_robots,
-        lambda: probe_links(poses[:, :2], env.world.surfaces, sc.radio),
+        lambda: probe_links(poses[:, :2], env.world.scene.surfaces, sc.radio),
     )
     yield (
         f"CSI and profiles, {len(robot)} links",
         sc.n_robots,
         lambda: listen(links, robot, sender, poses[:, 2], radio=sc.radio, turn=sc.turn, rng=rng),
     )
-    yield "solve of one pair", sc.n_robots, lambda: solve(belief.estimate, belief.edges, robots=[0, 1])
-    yield "Err of all robots", sc.n_robots, lambda: residual_error(belief.estimate, belief.edges)
+    yield (
+        "solve of one pair",
+        sc.n_robots,
+        lambda: solve(belief.paths.estimate, belief.log.edges, robots=[0, 1]),
+    )
+    yield "Err of all robots", sc.n_robots, lambda: residual_error(belief.paths.estimate, belief.log.edges)
     yield "observations", sc.n_robots, lambda: observe(belief, sc)
 
 
 def _lidar(env: RendezvousEnv, poses: np.ndarray) -> np.ndarray:
     arena = env.scenario.arena
-    return scan(poses, env.world.edges_m, robot_radius_m=arena.robot_radius_m, range_m=arena.lidar_range_m)
+    return scan(
+        poses, env.world.scene.edges_m, robot_radius_m=arena.robot_radius_m, range_m=arena.lidar_range_m
+    )
 
 
 def physics_and_lidar() -> tuple[str, int, Callable[[], object]]:

@@ -29,28 +29,26 @@ from rich.table import Table
 from baselines.policies import make_policy
 from envs import _rendezvous
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
-from wifipgo import loop
 from wifipgo.atomic_files import write_json
-from wifipgo.world.arena import Arena
+from wifipgo.loop import iteration
 
 # Functions that a step calls, none of them from another of these.
 PARTS: Mapping[str, Sequence[tuple[Any, str]]] = MappingProxyType(
     {
-        "paths, links, rates of all pairs": [(loop, "probe_links")],
-        "CSI and profiles of the links listened to": [(loop, "listened")],
-        "meetings: solve and exchange": [(loop, "hold_meetings")],
-        "relative poses": [(loop, "_measured"), (loop, "robots_in_view"), (loop, "sight_robots")],
-        "odometry and dead reckoning": [(loop, "odometry"), (loop, "_dead_reckoned")],
-        "own covariances and surveys": [(loop, "taken_stock")],
-        "mapped share, the reward": [(_rendezvous, "updated_map")],
-        "drive (pymunk)": [(Arena, "drive")],
-        "lidar": [(loop, "scan")],
-        "cells seen": [(loop, "_moved")],
-        "Err, calls, poses told": [
-            (loop, "_concluded"),
-            (loop, "place_calls"),
-            (loop, "_told_where_linked"),
+        "paths, links, rates of all pairs": [(iteration, "probe_links")],
+        "CSI and profiles of the links listened to": [(iteration, "listen_to_team")],
+        "meetings: solve and exchange": [(iteration, "exchange"), (iteration, "solve_at_every_step")],
+        "relative poses": [(iteration, "measure_relative_poses"), (iteration, "robots_in_view")],
+        "the log of measurements": [
+            (iteration, "log_measurements"),
+            (iteration, "refresh_reported_where_linked"),
         ],
+        "drive (pymunk), odometry, cells seen": [(iteration, "drive")],
+        "dead reckoning": [(iteration, "dead_reckon")],
+        "own covariances and coverage beliefs": [(iteration, "propagate_uncertainty")],
+        "mapped share, the reward": [(_rendezvous, "updated_map")],
+        "lidar and camera": [(iteration, "sense")],
+        "Err and calls": [(iteration, "residual_error"), (iteration, "place_calls"), (iteration, "_shown")],
         "observations, infos, check of actions": [
             (RendezvousEnv, "_observations"),
             (RendezvousEnv, "_infos"),

@@ -120,14 +120,14 @@ def _chosen(rows: Rows, belief: Belief, scenario: Scenario) -> Commands:
 
 def _masks(belief: Belief, scenario: Scenario) -> Int8[np.ndarray, "robots choices"]:
     """A call goes to whose last ping passed, as Algorithm 2 will look at it when the choice is played."""
-    reaches = (belief.rate_mbit_s > 0.0).any(axis=1)
+    reaches = (belief.radio.rate_mbit_s > 0.0).any(axis=1)
     return choice_mask(_free_steps(belief, scenario), np.asarray(reaches))
 
 
 def _free_steps(belief: Belief, scenario: Scenario) -> Float[np.ndarray, "robots rays"]:
     """Lidar in each robot's own step lengths, by the numbers that the observation shows."""
     arena = scenario.arena
-    shown = (belief.lidar_m / arena.lidar_range_m).astype(np.float32).astype(np.float64)
+    shown = (belief.sensed.lidar_m / arena.lidar_range_m).astype(np.float32).astype(np.float64)
     return arena.lidar_range_m / np.maximum(arena.steps_m(scenario.n_robots), 1e-6)[:, None] * shown
 
 

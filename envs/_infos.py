@@ -27,12 +27,12 @@ def infos(
     truth, belief, n = tick.truth, tick.belief, len(agents)
     columns: dict[str, list[Any]] = {
         "err": belief.err.tolist(),
-        "met": list(met(belief.met, n)),
-        "ate_trans_truth": ate_trans(belief.estimate, truth.poses).tolist(),
-        "ate_rot_truth": ate_rot(belief.estimate, truth.poses).tolist(),
+        "met": list(met(belief.team.met, n)),
+        "ate_trans_truth": ate_trans(belief.paths.estimate, truth.poses).tolist(),
+        "ate_rot_truth": ate_rot(belief.paths.estimate, truth.poses).tolist(),
         "bumps_truth": truth.bumps.tolist(),
         "distance_m_truth": truth.distance_m.tolist(),
-        "mapped_share_belief": [team_share(belief.survey)] * n,
+        "mapped_share_belief": [team_share(belief.coverage)] * n,
         "mapped_share_truth": [mapped_share] * n,
         "coverage_truth": [truth.cells.share] * n,
     }

@@ -187,8 +187,8 @@ def observe(belief: Belief, scenario: Scenario) -> Float[np.ndarray, "robots num
     out = np.empty((n, _N_OWN + N_LIDAR_RAYS + n_survey + scenario.n_slots * _N_SLOT), dtype=np.float32)
     rest = out[:, _N_OWN:]
     _put_own(out[:, :_N_OWN], belief, scenario)
-    rest[:, :N_LIDAR_RAYS] = belief.lidar_m / scenario.arena.lidar_range_m
-    rest[:, N_LIDAR_RAYS:][:, :n_survey] = belief.survey.known.reshape(n, -1)
+    rest[:, :N_LIDAR_RAYS] = belief.sensed.lidar_m / scenario.arena.lidar_range_m
+    rest[:, N_LIDAR_RAYS:][:, :n_survey] = belief.coverage.known.reshape(n, -1)
     _put_slots(rest[:, N_LIDAR_RAYS + n_survey :].reshape(n, -1, _N_SLOT), belief, scenario)
     return out
 
@@ -200,21 +200,21 @@ def _capped(value: np.ndarray) -> np.ndarray:
 
 def _put_own(out: np.ndarray, belief: Belief, scenario: Scenario) -> None:
     """Columns of `_OWN`."""
-    pose, t, callee = belief.estimate[:, -1], belief.t, belief.calls.callee
+    pose, t, callee = belief.paths.estimate[:, -1], belief.t, belief.team.calls.callee
     calling = callee != NOBODY
     out[:, 0] = _capped(belief.err / scenario.rendezvous.err_threshold)
-    out[:, 1] = np.minimum((t - belief.last_met) / scenario.n_steps, 1.0)
+    out[:, 1] = np.minimum((t - belief.team.last_met) / scenario.n_steps, 1.0)
     out[:, 2], out[:, 3] = np.cos(pose[:, 2]), np.sin(pose[:, 2])
     out[:, 4:6] = np.minimum(np.maximum(pose[:, :2] / scenario.arena.size_m, -1.0), 2.0)
     out[:, 6], out[:, 7] = calling, 0.0
     if calling.any():
-        heard = calling & (belief.rate_mbit_s[np.arange(len(callee)), callee] > 0.0)
+        heard = calling & (belief.radio.rate_mbit_s[np.arange(len(callee)), callee] > 0.0)
         out[callee[heard], 7] = 1.0
     out[:, 8] = min(t / scenario.n_steps, 1.0)
-    out[:, 9] = _capped(spread_m(belief.covariance))
-    out[:, 10] = _capped(spread_m(belief.recorded[:, -1]))
-    out[:, 11:13] = np.minimum(np.maximum(belief.estimate[:, 0, :2] / scenario.arena.size_m, 0.0), 1.0)
-    distance_m, bearing_rad = belief.sighted.T
+    out[:, 9] = _capped(spread_m(belief.paths.covariance))
+    out[:, 10] = _capped(spread_m(belief.paths.predicted_covariance[:, -1]))
+    out[:, 11:13] = np.minimum(np.maximum(belief.paths.estimate[:, 0, :2] / scenario.arena.size_m, 0.0), 1.0)
+    distance_m, bearing_rad = belief.sensed.sighted.T
     seen = distance_m > 0.0
     out[:, 13] = distance_m / (scenario.visual_range_m or 1.0)
     out[:, 14], out[:, 15] = seen * np.cos(bearing_rad), seen * np.sin(bearing_rad)
@@ -222,19 +222,19 @@ def _put_own(out: np.ndarray, belief: Belief, scenario: Scenario) -> None:
 
 def _put_slots(out: np.ndarray, belief: Belief, scenario: Scenario) -> None:
     """Columns of `_SLOT`, (robots, slots, numbers)."""
-    partner, callee = belief.slots, belief.calls.callee
+    partner, callee = belief.radio.slots, belief.team.calls.callee
     robot = np.arange(len(partner))[:, None]
     link = robot * len(partner) + partner
     low, high = (limit / 30.0 for limit in _ESNR_DB)
     out[..., 0] = 1.0
-    out[..., 1] = np.minimum(np.maximum(belief.esnr_db.take(link) / 30.0, low), high)
-    out[..., 2] = belief.rate_mbit_s.take(link) / band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s
-    out[..., 3] = _capped(belief.discrepancy.take(link))
+    out[..., 1] = np.minimum(np.maximum(belief.radio.esnr_db.take(link) / 30.0, low), high)
+    out[..., 2] = belief.radio.rate_mbit_s.take(link) / band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s
+    out[..., 3] = _capped(belief.radio.discrepancy.take(link))
     out[..., 4] = _capped(belief.err.take(partner) / scenario.rendezvous.err_threshold)
     out[..., 5] = callee.take(partner) == robot
     out[..., 6] = callee[:, None] == partner
-    out[..., 7] = _capped(belief.observed.take(link) / scenario.rendezvous.kappa)
-    fine = belief.profile.reshape(*partner.shape, N_BINS, -1)
+    out[..., 7] = _capped(belief.team.observed.take(link) / scenario.rendezvous.kappa)
+    fine = belief.radio.profile.reshape(*partner.shape, N_BINS, -1)
     each = (fine[..., k] for k in range(fine.shape[-1]))
     out[..., 8:] = functools.reduce(np.maximum, each)  # a short axis reduces slowly
     out[partner == NOBODY] = 0.0

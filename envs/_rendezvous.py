@@ -23,7 +23,7 @@ from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.errors import BadInputError, pick, require
 from wifipgo.scenarios import Scenario, field_owners, scenario_named
 from wifipgo.state import Tick, World
-from wifipgo.world.map_accuracy import first_map, updated_map
+from wifipgo.world.map_accuracy import Mapped, first_map, updated_map
 
 OBSERVATIONS: Mapping[str, str] = {
     "flat": "one Box",
@@ -174,7 +174,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         """
         scenario = self.base_scenario.with_overrides(**_changes(options))
         now = Episode.begun(scenario, self._next_episode(seed))
-        mapped = first_map(now.tick)
+        mapped = _first_map(now.tick)
         out = self._seen_and_said(now, mapped.share)
         key = np.random.SeedSequence(now.seed[0], spawn_key=(now.seed[1], _WRAPPERS_KEY))
         if self.render_mode == "human":
@@ -202,10 +202,10 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             raise RuntimeError("the episode is over: call reset() before step()")
         rows = self.checked(actions, agents)
         now = before.advanced(self._form.commands(rows, before.tick.belief, before.scenario))
-        mapped = updated_map(self._mapped, before.tick, now.tick)
+        mapped = _updated_map(self._mapped, before.tick, now.tick)
         outcome = Outcome(before.tick.belief, now.tick.belief, mapped.share - self._mapped.share)
         full = self.scenario.max_measurements
-        done = bool(full) and int(now.tick.belief.edges.between_robots.sum()) >= full
+        done = bool(full) and int(now.tick.belief.log.edges.between_robots.sum()) >= full
         late = now.tick.belief.t >= self.scenario.n_steps
         ends = done or (late and self._terminates)
         observations, said = self._seen_and_said(now, mapped.share)
@@ -287,6 +287,17 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         rows = _observation.observe(belief, now.scenario)
         seen = _observation.by_agent(rows, agents, self.layout if self._as_dict else None, masks)
         return seen, infos(now.tick, agents, mapped_share=mapped_share, masks=masks)
+
+
+def _first_map(tick: Tick) -> Mapped:
+    """Map of the team beside the truth."""
+    return first_map(tick.truth.cells, tick.truth.poses, tick.belief.paths.estimate)
+
+
+def _updated_map(mapped: Mapped, before: Tick, after: Tick) -> Mapped:
+    """The same after an iteration."""
+    truth, estimate = after.truth, after.belief.paths.estimate
+    return updated_map(mapped, truth.cells, truth.poses, before.belief.paths.estimate, estimate)
 
 
 def _changes(options: Mapping[str, Any] | None) -> dict[str, Any]:

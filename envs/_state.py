@@ -29,10 +29,10 @@ def state_space(n_robots: int) -> spaces.Box:
 def state(tick: Tick, scenario: Scenario) -> Float[np.ndarray, " numbers"]:
     """Robot by robot, then all link rates, row by row; float32."""
     truth, belief, size_m = tick.truth, tick.belief, scenario.arena.size_m
-    own = [*_pose(truth.poses[:, -1], size_m), *_pose(belief.estimate[:, -1], size_m)]
+    own = [*_pose(truth.poses[:, -1], size_m), *_pose(belief.paths.estimate[:, -1], size_m)]
     err = belief.err / scenario.rendezvous.err_threshold
     robots = np.minimum(np.maximum(np.stack([*own, err], axis=1), _LOW), _HIGH)
-    rates = belief.rate_mbit_s / band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s
+    rates = belief.radio.rate_mbit_s / band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s
     return np.concatenate([robots.ravel(), rates.ravel()], dtype=np.float32, casting="same_kind")
 
 

@@ -1,14 +1,20 @@
-"""What an iteration hands to the next: the standing world, the truth, and what the robots believe."""
+"""What an iteration hands to the next: the standing world, the truth, and what the robots believe.
+
+A belief has a part for each owner: the stage of the loop that makes it. A stage takes the parts that
+it reads and returns the one that it owns, so who may change what is read off the signatures.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.graph import Bearings, Edges, Pings
+from wifipgo.graph.anchor_bearings import Pings
+from wifipgo.graph.bearings import Bearings
+from wifipgo.graph.edges import Edges
 from wifipgo.graph.per_robot_smoothing import Memory
 from wifipgo.radio.channel.impairments import Standing
-from wifipgo.radio.propagation.paths import Surfaces
+from wifipgo.radio.propagation.surfaces import Surfaces
 from wifipgo.rendezvous import Calls
 from wifipgo.world.arena import Arena
 from wifipgo.world.coverage import CellMap
@@ -16,23 +22,33 @@ from wifipgo.world.coverage_belief import Survey
 from wifipgo.world.layout import Layout
 
 
+class Scene(NamedTuple):
+    """What stands where now; the same object for as long as nothing moves.
+
+    Attributes:
+        faces_m: Edges of the obstacles: what hides.
+        edges_m: The same and the walls: what a ray of the lidar ends at.
+        surfaces: What the radio sees of them.
+    """
+
+    faces_m: Float[np.ndarray, "faces 2 2"]
+    edges_m: Float[np.ndarray, "edges 2 2"]
+    surfaces: Surfaces
+
+
 class World(NamedTuple):
-    """What stands still during an episode, and the engine that moves the rest.
+    """What stands still during an episode, and the engines that are caches of its ticks.
 
     Attributes:
         layout: Walls, obstacles and starts.
-        faces_m: Edges of the obstacles.
-        edges_m: The same and the walls.
-        surfaces: What the radio sees of them.
-        arena: The engine.
+        scene: What of them stands where.
+        arena: The physics engine; it starts every drive from the tick.
         standing: What is wrong with the radio in this episode.
         memory: Solvers that robots keep warm, where they solve at every iteration.
     """
 
     layout: Layout
-    faces_m: Float[np.ndarray, "faces 2 2"]
-    edges_m: Float[np.ndarray, "edges 2 2"]
-    surfaces: Surfaces
+    scene: Scene
     arena: Arena
     standing: Standing
     memory: Memory | None = None
@@ -54,64 +70,118 @@ class Truth(NamedTuple):
     cells: CellMap
 
 
-class Belief(NamedTuple):
-    """What the robots measured, were told and concluded. Row i is what robot i knows.
+class Paths(NamedTuple):
+    """Where robots believe that they were, and how well they know it. Row i is what robot i knows.
 
     Attributes:
         estimate: Poses ``T_world_robot`` of every robot up to now, as it believes them.
         covariance: Of each robot's last pose, (x_m, y_m, yaw_rad) in world axes, as it can know it.
-        edges: Measurements (Eq. 2), each known to the robot at its tail.
-        bearings: Directions in which robots in view heard each other, each known to its observer; kept
-            where the outlier method has a use for them.
+        covariance_history: Covariance of each pose of the estimate as it stands.
+        predicted_covariance: The same once what is recorded is optimised: loop closures count at once.
+    """
+
+    estimate: Float[np.ndarray, "robots times 3"]
+    covariance: Float[np.ndarray, "robots 3 3"]
+    covariance_history: Float[np.ndarray, "robots times 3 3"]
+    predicted_covariance: Float[np.ndarray, "robots times 3 3"]
+
+    @property
+    def t(self) -> int:
+        """Iterations done."""
+        return self.estimate.shape[1] - 1
+
+
+class MeasurementLog(NamedTuple):
+    """Everything that was measured so far, each row known to the robot that measured it.
+
+    Attributes:
+        edges: Relative poses (Eq. 2): odometry, loop closures, other robots.
+        bearings: Directions in which robots in view heard each other; kept where the outlier method has a
+            use for them.
         pings: Directions of robots in the slots and where these said they were; kept where they are made
             use of.
-        err: Err_i of Eq. 4.
-        lidar_m: Free distance along the rays.
+    """
+
+    edges: Edges
+    bearings: Bearings
+    pings: Pings
+
+
+class RadioBelief(NamedTuple):
+    """Links and directions of this iteration.
+
+    Attributes:
         esnr_db: Effective SNR of each link.
         rate_mbit_s: rho_ij of Eq. 1.
         discrepancy: w_ij of Eq. 1.
         slots: Neighbours that each robot listens to, `NOBODY` where empty.
         profile: AOA profile of each slot in the body frame, zeros where empty.
-        calls: Calls that are up.
-        observed: Relative poses of each other that pairs took since they last met.
-        held: How many poses of robot j, with the measurements at them, robot i was sent so far.
-        last_met: Iteration of each robot's last rendezvous; 0 before the first.
-        met: Groups that met in this iteration.
-        trail: Covariance of each pose of the estimate as it stands.
-        recorded: The same once what is recorded is optimised: places measured again count at once.
-        survey: What each robot has seen of the room in its own estimate.
-        sighted: Distance (m) and bearing (rad, body frame) of the nearest robot that each one's camera sees;
-            0 and 0 if it sees none.
-        bytes_sent: Exchanged so far: graphs and surveys at rendezvous, changed poses where a link carries q.
     """
 
-    estimate: Float[np.ndarray, "robots times 3"]
-    covariance: Float[np.ndarray, "robots 3 3"]
-    edges: Edges
-    bearings: Bearings
-    pings: Pings
-    err: Float[np.ndarray, " robots"]
-    lidar_m: Float[np.ndarray, "robots rays"]
     esnr_db: Float[np.ndarray, "robots robots"]
     rate_mbit_s: Float[np.ndarray, "robots robots"]
     discrepancy: Float[np.ndarray, "robots robots"]
     slots: Int[np.ndarray, "robots slots"]
     profile: Float[np.ndarray, "robots slots grid"]
+
+
+class Sensed(NamedTuple):
+    """What lidar and camera show in this iteration.
+
+    Attributes:
+        lidar_m: Free distance along the rays.
+        sighted: Distance and bearing of the nearest robot in sight, zeros if none.
+    """
+
+    lidar_m: Float[np.ndarray, "robots rays"]
+    sighted: Float[np.ndarray, "robots 2"]
+
+
+class Team(NamedTuple):
+    """Who calls whom, who met whom, and what they told each other.
+
+    Attributes:
+        calls: Calls that are up.
+        observed: Relative poses of each other that pairs took since they last met.
+        held: How many poses of robot j, with the measurements at them, robot i was sent so far.
+        last_met: Iteration of each robot's last rendezvous; 0 before the first.
+        met: Groups that met in this iteration.
+        bytes_sent: Over the links, so far.
+    """
+
     calls: Calls
     observed: Int[np.ndarray, "robots robots"]
     held: Int[np.ndarray, "robots robots"]
     last_met: Int[np.ndarray, " robots"]
     met: tuple[tuple[int, ...], ...]
     bytes_sent: int
-    trail: Float[np.ndarray, "robots times 3 3"]
-    recorded: Float[np.ndarray, "robots times 3 3"]
-    survey: Survey
-    sighted: Float[np.ndarray, "robots 2"]
+
+
+class Belief(NamedTuple):
+    """What the robots measured, were told and concluded, by the stage that owns it.
+
+    Attributes:
+        paths: Where they believe that they were: dead reckoning and optimisation.
+        log: Their measurements.
+        radio: Links and directions of this iteration.
+        sensed: Lidar and camera of this iteration.
+        team: Calls and meetings.
+        coverage: What each robot has seen of the room in its own estimate.
+        err: Err_i of Eq. 4.
+    """
+
+    paths: Paths
+    log: MeasurementLog
+    radio: RadioBelief
+    sensed: Sensed
+    team: Team
+    coverage: Survey
+    err: Float[np.ndarray, " robots"]
 
     @property
     def t(self) -> int:
         """Iterations done."""
-        return self.estimate.shape[1] - 1
+        return self.paths.t
 
 
 class Tick(NamedTuple):

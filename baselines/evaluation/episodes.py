@@ -132,7 +132,7 @@ def run_episode(
         steps=steps,
         meetings=np.stack(meetings) if meetings else np.zeros((0, 3)),
         reference=env.tick.truth.poses,
-        estimate=env.tick.belief.estimate,
+        estimate=env.tick.belief.paths.estimate,
         walls_m=env.world.layout.walls_m,
         obstacles_m=tuple(env.world.layout.obstacles_m),
     )
@@ -145,16 +145,16 @@ def _look_away(tick: Tick, world: World) -> None:
 def _row(tick: Tick, mapped_share: Sequence[float]) -> dict[str, np.ndarray]:
     """Every robot after one iteration, poses as believed at that time; bumps and distance since the start."""
     truth, belief = tick.truth, tick.belief
-    now, believed = truth.poses[:, -1], belief.estimate[:, -1]
+    now, believed = truth.poses[:, -1], belief.paths.estimate[:, -1]
     return {
         "err": belief.err,
-        "ate_trans": ate_trans(belief.estimate, truth.poses),
-        "ate_rot": ate_rot(belief.estimate, truth.poses),
+        "ate_trans": ate_trans(belief.paths.estimate, truth.poses),
+        "ate_rot": ate_rot(belief.paths.estimate, truth.poses),
         **dict(zip(("x_true_m", "y_true_m", "yaw_true_rad"), now.T, strict=True)),
         **dict(zip(("x_estimate_m", "y_estimate_m", "yaw_estimate_rad"), believed.T, strict=True)),
         "mapped_share": np.array(mapped_share),
-        "met": np.isin(np.arange(len(now)), [robot for group in belief.met for robot in group]),
-        "calling": belief.calls.callee != NOBODY,
+        "met": np.isin(np.arange(len(now)), [robot for group in belief.team.met for robot in group]),
+        "calling": belief.team.calls.callee != NOBODY,
         "bumps": truth.bumps,
         "distance_m": truth.distance_m,
     }
@@ -162,7 +162,7 @@ def _row(tick: Tick, mapped_share: Sequence[float]) -> dict[str, np.ndarray]:
 
 def _meetings(tick: Tick) -> list[np.ndarray]:
     """Iteration and true middle of each group that met in it."""
-    middles = [tick.truth.poses[list(group), -1, :2].mean(axis=0) for group in tick.belief.met]
+    middles = [tick.truth.poses[list(group), -1, :2].mean(axis=0) for group in tick.belief.team.met]
     return [np.array([tick.belief.t, *middle]) for middle in middles]
 
 
@@ -179,6 +179,6 @@ def _figures(steps: Steps, end: Tick, n_meetings: int, scenario: Scenario) -> di
         "coverage": truth.cells.share,
         "bumps": int(truth.bumps.sum()),
         "distance_m": float(truth.distance_m.sum()),
-        "bytes_sent": belief.bytes_sent,
+        "bytes_sent": belief.team.bytes_sent,
         "n_steps": belief.t,
     }

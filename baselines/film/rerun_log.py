@@ -94,7 +94,7 @@ class Timeline:
 
     def _graph(self, belief: Belief) -> None:
         """Measurements as lines between the poses that they relate, as these are now believed to be."""
-        edges, estimate = belief.edges, belief.estimate[..., :2]
+        edges, estimate = belief.log.edges, belief.paths.estimate[..., :2]
         ends = np.stack([estimate[tuple(edges.tail.T)], estimate[tuple(edges.head.T)]], axis=1)
         apart = np.abs(edges.tail[:, 1] - edges.head[:, 1]) > 1
         for name, rows in (
@@ -109,13 +109,15 @@ class Timeline:
         now = scene.true[:, -1, :2]
         self._strips("space/links", now[scene.pairs], rate_colours(scene.rate_share))
         self._strips("space/calls", now[scene.calls], [CALL] * len(scene.calls), width=0.004)
-        robot, slot = np.nonzero(belief.slots != NOBODY)
-        outlines_m = self._size(_LOBE_SHARE) * lobes(belief.profile[robot, slot], scene.true[robot, -1, 2])
+        robot, slot = np.nonzero(belief.radio.slots != NOBODY)
+        outlines_m = self._size(_LOBE_SHARE) * lobes(
+            belief.radio.profile[robot, slot], scene.true[robot, -1, 2]
+        )
         self._strips("space/profiles", now[robot, None] + outlines_m, [LOBE] * len(robot))
 
     def _errors(self, tick: Tick) -> None:
         """A point of each curve."""
-        truth, belief = tick.truth.poses, tick.belief.estimate
+        truth, belief = tick.truth.poses, tick.belief.paths.estimate
         values = (tick.belief.err, ate_trans(belief, truth), ate_rot(belief, truth))
         for curve, of_robots in zip(_CURVES, values, strict=True):
             for robot, value in enumerate(of_robots.tolist()):

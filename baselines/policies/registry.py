@@ -6,23 +6,11 @@ from typing import Any
 
 from baselines.policies import scripted
 from baselines.policies.learned.policy import LearnedPolicy
-from baselines.policies.oracle import Oracle, OracleBearing
-from baselines.policies.rendezvous import Actions, ActiveRendezvous, Observations, Policy, RandomRendezvous
+from baselines.policies.oracle import OracleBearing
+from baselines.policies.rendezvous import ActiveRendezvous, Policy, RandomRendezvous
 from baselines.policies.specs import fitting, parameters_of, split_spec
 from wifipgo.errors import pick
 from wifipgo.scenarios import Scenario
-
-__all__ = [
-    "POLICIES",
-    "Actions",
-    "ActiveRendezvous",
-    "Observations",
-    "Oracle",
-    "OracleBearing",
-    "Policy",
-    "RandomRendezvous",
-    "make_policy",
-]
 
 POLICIES: Mapping[str, Callable[..., Policy]] = MappingProxyType(
     {

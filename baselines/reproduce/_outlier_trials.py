@@ -106,7 +106,9 @@ def _errors(tick: Tick) -> Float[np.ndarray, " methods"]:
     """Ground-truth error (Eq. 12 + Eq. 13) under every method."""
     belief, truth = tick.belief, tick.truth.poses
     solved = [
-        solve_guarded(belief.estimate, belief.edges, belief.bearings, robots=(0, 1), outliers=method)[0]
+        solve_guarded(
+            belief.paths.estimate, belief.log.edges, belief.log.bearings, robots=(0, 1), outliers=method
+        )[0]
         for method in METHODS
     ]
     return np.array([ground_truth_error(poses, truth) for poses in solved])
@@ -115,13 +117,13 @@ def _errors(tick: Tick) -> Float[np.ndarray, " methods"]:
 def _measurements(tick: Tick) -> Arrays:
     """Relative poses between robots: how wrong they are, and how far from the nearest peak (Eq. 10)."""
     belief, truth = tick.belief, tick.truth.poses
-    met = select(belief.edges, belief.edges.tail[:, 0] != belief.edges.head[:, 0])
-    row = heard_along(met, belief.bearings)
+    met = select(belief.log.edges, belief.log.edges.tail[:, 0] != belief.log.edges.head[:, 0])
+    row = heard_along(met, belief.log.bearings)
     met, row = select(met, row >= 0), row[row >= 0]
     exact = se2.between(truth[tuple(met.tail.T)], truth[tuple(met.head.T)])
     off = met.z - exact
     off[:, 2] = se2.wrap_angle(off[:, 2])
-    reported, peaks = bearing(met.z), belief.bearings.azimuth_rad[row]
+    reported, peaks = bearing(met.z), belief.log.bearings.azimuth_rad[row]
     away = se2.wrap_angle(reported[:, None] - peaks)
     nearest = np.take_along_axis(away, np.abs(away).argmin(axis=1)[:, None], axis=1)[:, 0]
     sigmas = np.abs(off) / met.sigma[:, [0, 0, 1]]
@@ -129,7 +131,7 @@ def _measurements(tick: Tick) -> Arrays:
         "off_rad": nearest,
         "weight": likelihood(nearest),
         "pose_azimuth_error_rad": se2.wrap_angle(reported - bearing(exact)),
-        "aoa_error_rad": -bearing_residuals(truth, belief.bearings)[row],
+        "aoa_error_rad": -bearing_residuals(truth, belief.log.bearings)[row],
         # An outlier is that far off in every component; noise is so once in ten thousand times.
         "is_outlier": (sigmas > 1.99).all(axis=1),
         "range_m": np.hypot(exact[:, 0], exact[:, 1]),

@@ -84,31 +84,31 @@ def scene_of(tick: Tick, scenario: Scenario) -> Scene:
     truth, belief = tick.truth, tick.belief
     pairs = _listening(belief)
     top_mbit_s = band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s
-    caller = np.flatnonzero(belief.calls.callee != NOBODY)
-    calls = np.stack([caller, belief.calls.callee[caller]], axis=1)
-    met = np.flatnonzero(belief.last_met > 0)
+    caller = np.flatnonzero(belief.team.calls.callee != NOBODY)
+    calls = np.stack([caller, belief.team.calls.callee[caller]], axis=1)
+    met = np.flatnonzero(belief.team.last_met > 0)
     return Scene(
         t=belief.t,
         true=truth.poses,
-        estimate=belief.estimate,
+        estimate=belief.paths.estimate,
         seen=truth.cells.seen,
         seen_share=truth.cells.share,
         pairs=pairs,
-        rate_share=belief.rate_mbit_s[pairs[:, 0], pairs[:, 1]] / top_mbit_s,
+        rate_share=belief.radio.rate_mbit_s[pairs[:, 0], pairs[:, 1]] / top_mbit_s,
         calls=calls,
         lobes=_lobes_of_calls(belief, calls, truth.poses[:, -1, 2]),
-        met=belief.met,
-        last_met_m=truth.poses[met, belief.last_met[met], :2],
-        rings_m=rings(belief.estimate[:, -1, :2], belief.covariance[:, :2, :2]),
+        met=belief.team.met,
+        last_met_m=truth.poses[met, belief.team.last_met[met], :2],
+        rings_m=rings(belief.paths.estimate[:, -1, :2], belief.paths.covariance[:, :2, :2]),
         err_share=belief.err / scenario.rendezvous.err_threshold,
     )
 
 
 def _listening(belief: Belief) -> Int[np.ndarray, "links 2"]:
     """Links that robots use: those to the neighbours in their slots, each once."""
-    robot, slot = np.nonzero(belief.slots != NOBODY)
-    linked = np.zeros(belief.rate_mbit_s.shape, dtype=bool)
-    linked[robot, belief.slots[robot, slot]] = True
+    robot, slot = np.nonzero(belief.radio.slots != NOBODY)
+    linked = np.zeros(belief.radio.rate_mbit_s.shape, dtype=bool)
+    linked[robot, belief.radio.slots[robot, slot]] = True
     return np.argwhere(np.triu(linked | linked.T, 1))
 
 
@@ -129,8 +129,8 @@ def _lobes_of_calls(
     if len(calls) == 0:
         return np.zeros((0, N_BINS, 2))
     caller, callee = calls.T
-    heard = belief.slots[callee] == caller[:, None]
-    profile = np.where(heard.any(axis=1)[:, None], belief.profile[callee, heard.argmax(axis=1)], 0.0)
+    heard = belief.radio.slots[callee] == caller[:, None]
+    profile = np.where(heard.any(axis=1)[:, None], belief.radio.profile[callee, heard.argmax(axis=1)], 0.0)
     return lobes(profile, yaw_rad[callee])
 
 

@@ -75,7 +75,7 @@ def test_choices_are_those_of_the_learned_interface() -> None:
         rows = env.step(dict(zip(rows, choice, strict=True)))[0]
         drive_rows = drive.step(dict(zip(drive_rows, commands, strict=True)))[0]
     np.testing.assert_array_equal(env.tick.truth.poses, drive.tick.truth.poses)
-    np.testing.assert_array_equal(env.tick.belief.calls.callee, drive.tick.belief.calls.callee)
+    np.testing.assert_array_equal(env.tick.belief.team.calls.callee, drive.tick.belief.team.calls.callee)
 
 
 @pytest.mark.parametrize("changes", [{}, {"tx_power_dbm": -60.0}, {"n_robots": 4, "n_slots": 2}], ids=str)

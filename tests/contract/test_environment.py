@@ -96,7 +96,7 @@ def test_outlier_scenario_ends_after_nine_measurements() -> None:
         ended = all(terminated.values())
         assert not any(truncated.values())
     assert ended
-    assert env.tick.belief.edges.between_robots.sum() >= 9
+    assert env.tick.belief.log.edges.between_robots.sum() >= 9
 
 
 def test_state_is_in_its_space() -> None:

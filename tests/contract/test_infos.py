@@ -70,7 +70,7 @@ def test_met_says_with_whom() -> None:
         *_, infos = env.step({a: np.zeros(3) for a in env.agents})
         table = np.stack([info["met"] for info in infos.values()])
         partners = {frozenset({i, *np.flatnonzero(row).tolist()}) for i, row in enumerate(table) if row.any()}
-        assert partners == {frozenset(group) for group in env.tick.belief.met}
+        assert partners == {frozenset(group) for group in env.tick.belief.team.met}
         assert not table.diagonal().any()
         sizes |= set(map(len, partners))
     assert sizes

@@ -6,17 +6,17 @@ from pathlib import Path
 import pytest
 
 from benchmarks import step_profile
-from wifipgo import loop
+from wifipgo.loop import iteration
 
 
 def test_parts_add_up_and_nothing_stays_patched() -> None:
-    before = dict(vars(loop))
+    before = dict(vars(iteration))
     found = step_profile.profile("paper-hw-2", 2, n_steps=12, size_m=6.0)
     parts = {name: found[name] for name in step_profile.PARTS}
     assert min(parts.values()) > 0.0
     assert found[step_profile.REST] > 0.0
     assert sum(parts.values()) + found[step_profile.REST] == pytest.approx(found[step_profile.WHOLE])
-    assert vars(loop) == before
+    assert vars(iteration) == before
 
 
 def test_times_are_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -115,11 +115,11 @@ def test_the_state_is_what_its_table_says() -> None:
     row = env.state()[9:18]
     np.testing.assert_allclose(row[:2], truth[:2] / size_m, rtol=1e-6)
     np.testing.assert_allclose(np.arctan2(row[3], row[2]), truth[2], atol=1e-6)
-    np.testing.assert_allclose(row[4:6], belief.estimate[1, -1, :2] / size_m, rtol=1e-6)
-    np.testing.assert_allclose(np.arctan2(row[7], row[6]), belief.estimate[1, -1, 2], atol=1e-6)
+    np.testing.assert_allclose(row[4:6], belief.paths.estimate[1, -1, :2] / size_m, rtol=1e-6)
+    np.testing.assert_allclose(np.arctan2(row[7], row[6]), belief.paths.estimate[1, -1, 2], atol=1e-6)
     assert row[8] == pytest.approx(belief.err[1] / env.scenario.rendezvous.err_threshold, rel=1e-6)
     rates = env.state()[18:].reshape(2, 2)
-    np.testing.assert_allclose(rates, belief.rate_mbit_s / 65.0, rtol=1e-6)
+    np.testing.assert_allclose(rates, belief.radio.rate_mbit_s / 65.0, rtol=1e-6)
 
 
 @pytest.mark.usefixtures("raising")

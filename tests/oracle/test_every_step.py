@@ -7,8 +7,8 @@ import pytest
 
 from wifipgo import se2
 from wifipgo.graph import NO_PINGS, Bearings, Edges, Pings, end_covariances, extended, select, solve
+from wifipgo.graph.config import GraphConfig
 from wifipgo.graph.per_robot_smoothing import Memory
-from wifipgo.rendezvous import RendezvousConfig
 
 SIGMA = (0.1, 0.05)
 N_TIMES = 12
@@ -60,7 +60,7 @@ def run(
 @pytest.mark.parametrize("third_party", ["fixed_told", "ignore"])
 def test_a_robot_alone_has_the_optimum_of_what_it_measured(seed: int, third_party: str) -> None:
     _, start, measured = walked(seed)
-    memory = Memory(RendezvousConfig(estimator="every_step", third_party=third_party))
+    memory = Memory(GraphConfig(estimator="every_step", third_party=third_party))
     estimate, _, edges, _ = run(measured, start, memory)
     for robot in range(len(start)):
         best, _ = solve(start, edges, robots=[robot], third_party=third_party)
@@ -76,7 +76,7 @@ def test_next_to_no_weight_is_none() -> None:
     for least in (0.0, 5e-324):
         weights = [np.where(new.tail[:, 0] != new.head[:, 0], least, new.weight) for new in measured]
         less = [replace(new, weight=weight) for new, weight in zip(measured, weights, strict=True)]
-        found.append(run(less, start, Memory(RendezvousConfig(estimator="every_step")), sent_at=6)[0])
+        found.append(run(less, start, Memory(GraphConfig(estimator="every_step")), sent_at=6)[0])
     np.testing.assert_array_equal(found[0], found[1])
 
 
@@ -84,7 +84,7 @@ def test_next_to_no_weight_is_none() -> None:
 def test_a_robot_that_was_sent_a_graph_has_the_optimum_of_both_as_far_as_it_knows(seed: int) -> None:
     """What the other measured since is not known: the search leaves it out."""
     _, start, measured = walked(seed)
-    memory = Memory(RendezvousConfig(estimator="every_step", third_party="ignore"))
+    memory = Memory(GraphConfig(estimator="every_step", third_party="ignore"))
     met = 9
     estimate, _, edges, _ = run(measured, start, memory, sent_at=met)
     for robot, other in ((0, 1), (1, 0)):
@@ -100,7 +100,7 @@ def test_a_robot_that_was_sent_a_graph_has_the_optimum_of_both_as_far_as_it_know
 def test_covariances_are_those_of_the_search(seed: int) -> None:
     """Also of a robot that only dead-reckoned since it last solved, to first order."""
     _, start, measured = walked(seed)
-    memory = Memory(RendezvousConfig(estimator="every_step", third_party="ignore"))
+    memory = Memory(GraphConfig(estimator="every_step", third_party="ignore"))
     estimate, cov, edges, _ = run(measured, start, memory)
     for robot in range(len(start)):
         alone = select(edges, (edges.tail[:, 0] == robot) & ~edges.between_robots)
@@ -114,7 +114,7 @@ def test_covariances_are_those_of_the_search(seed: int) -> None:
 
 def test_a_memory_that_missed_iterations_begins_anew() -> None:
     _, start, measured = walked(5)
-    cfg = RendezvousConfig(estimator="every_step")
+    cfg = GraphConfig(estimator="every_step")
     warm, _, _, _ = run(measured, start, Memory(cfg), sent_at=6)
     cold, _, _, _ = run(measured, start, Memory(cfg), sent_at=6, begin=N_TIMES - 1)
     np.testing.assert_allclose(warm, cold, atol=1e-2)
@@ -122,7 +122,7 @@ def test_a_memory_that_missed_iterations_begins_anew() -> None:
 
 def test_what_others_measured_and_did_not_send_changes_nothing() -> None:
     _, start, measured = walked(6)
-    cfg = RendezvousConfig(estimator="every_step")
+    cfg = GraphConfig(estimator="every_step")
     plain, _, _, _ = run(measured, start, Memory(cfg))
     shifted = [
         replace(new, z=new.z + np.where(new.tail[:, :1] == 1, [0.5, 0.0, 0.0], 0.0)) if t else new
@@ -147,7 +147,7 @@ def heard_a_place(off_rad: float, told_sigma_m: float) -> np.ndarray:
         point_m=np.array([[30.0, 0.0]]),
         covariance_m2=told_sigma_m**2 * np.eye(2)[None],
     )
-    memory = Memory(RendezvousConfig(estimator="every_step", aoa_factors=True))
+    memory = Memory(GraphConfig(estimator="every_step", aoa_factors=True))
     sent, cov = np.zeros((1, 1), dtype=int), np.zeros((1, 3, 3))
     none = Bearings.empty()
     memory.smoothed(poses[:, :1], cov, edges=Edges.empty(), bearings=none, sent=sent, pings=NO_PINGS)

@@ -10,9 +10,10 @@ from wifipgo.radio import aoa
 from wifipgo.radio.channel import rates
 from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.impairments import ImpairmentConfig, Standing, draw_standing
+from wifipgo.radio.links import Links, probe_links
 from wifipgo.radio.propagation.materials import Slab
 from wifipgo.radio.propagation.paths import Surfaces, surfaces_of
-from wifipgo.radio.turn_profiles import Links, listen, probe_links
+from wifipgo.radio.turn_profiles import listen
 from wifipgo.scenarios import scenario_named
 from wifipgo.world.layout import room_walls
 

@@ -14,7 +14,7 @@ PLACES = ((0.1, 0.0), (-0.1, 0.0), (0.0, 0.08))
 
 
 def profiles(scenario: Scenario, seed: int = 5) -> np.ndarray:
-    return start(scenario, Streams.for_episode(seed, 0))[1].belief.profile
+    return start(scenario, Streams.for_episode(seed, 0))[1].belief.radio.profile
 
 
 def team(**changes: Any) -> Scenario:

@@ -7,6 +7,7 @@ import pytest
 
 from wifipgo.errors import UnknownNameError
 from wifipgo.graph import Smoothers, ate_trans, residual_error, solve
+from wifipgo.graph.config import GraphConfig
 from wifipgo.graph.distributed.simulated_team import solve_by_robots
 from wifipgo.loop import advance, start
 from wifipgo.loop.exchange import BYTES_PER_PING
@@ -48,27 +49,27 @@ def test_the_world_and_the_measurements_stay(how: dict[str, Any]) -> None:
     """Chance and meetings are those of paper mode; the estimates are not, and they are better than none."""
     plain, other = episode(), episode(**how)
     np.testing.assert_array_equal(other.truth.poses, plain.truth.poses)
-    np.testing.assert_array_equal(other.belief.edges.z, plain.belief.edges.z)
-    np.testing.assert_array_equal(other.belief.last_met, plain.belief.last_met)
-    assert plain.belief.last_met.max() > 0
-    assert not np.array_equal(other.belief.estimate, plain.belief.estimate)
+    np.testing.assert_array_equal(other.belief.log.edges.z, plain.belief.log.edges.z)
+    np.testing.assert_array_equal(other.belief.team.last_met, plain.belief.team.last_met)
+    assert plain.belief.team.last_met.max() > 0
+    assert not np.array_equal(other.belief.paths.estimate, plain.belief.paths.estimate)
     dead = episode(kappa=10_000)
-    error = [ate_trans(tick.belief.estimate, tick.truth.poses).mean() for tick in (other, dead)]
+    error = [ate_trans(tick.belief.paths.estimate, tick.truth.poses).mean() for tick in (other, dead)]
     assert error[0] < error[1]
 
 
 @pytest.mark.parametrize("how", [{"estimator": "every_step"}, {"backend": "distributed"}], ids=str)
 def test_without_noise_nothing_moves(how: dict[str, Any]) -> None:
     tick = episode(sigma_t_m=0.0, sigma_r_rad=0.0, **how)
-    np.testing.assert_allclose(tick.belief.estimate, tick.truth.poses, atol=1e-6)
+    np.testing.assert_allclose(tick.belief.paths.estimate, tick.truth.poses, atol=1e-6)
     np.testing.assert_allclose(tick.belief.err, 0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("how", [{}, {"estimator": "every_step"}, {"backend": "distributed"}], ids=str)
 def test_twice_the_same_to_the_bit(how: dict[str, Any]) -> None:
     first, second = episode(n_robots=3, **how), episode(n_robots=3, **how)
-    np.testing.assert_array_equal(first.belief.estimate, second.belief.estimate)
-    np.testing.assert_array_equal(first.belief.covariance, second.belief.covariance)
+    np.testing.assert_array_equal(first.belief.paths.estimate, second.belief.paths.estimate)
+    np.testing.assert_array_equal(first.belief.paths.covariance, second.belief.paths.covariance)
 
 
 @pytest.mark.parametrize("loss", ["none", "huber"])
@@ -76,7 +77,7 @@ def test_twice_the_same_to_the_bit(how: dict[str, Any]) -> None:
 def test_robots_by_themselves_come_near_the_central_optimum(loss: str, third_party: str) -> None:
     """Their cost is chordal and they stop early, so the error of Eq. 4 is compared, not the poses."""
     tick = episode(kappa=10_000, n_robots=3, seed=3)
-    poses, edges = tick.belief.estimate, tick.belief.edges
+    poses, edges = tick.belief.paths.estimate, tick.belief.log.edges
     mine, report = solve_by_robots(poses, edges, robots=[0, 2], loss=loss, third_party=third_party)
     best, _ = solve(poses, edges, robots=[0, 2], loss=loss, third_party=third_party)
     np.testing.assert_array_equal(mine[:, 0], poses[:, 0])
@@ -89,25 +90,28 @@ def test_robots_by_themselves_come_near_the_central_optimum(loss: str, third_par
 
 def test_lost_messages_cost_bytes_and_change_nothing() -> None:
     sure, lossy = (episode(backend="distributed", message_loss=loss) for loss in (0.0, 0.4))
-    np.testing.assert_array_equal(sure.belief.estimate, lossy.belief.estimate)
-    assert lossy.belief.bytes_sent > sure.belief.bytes_sent
+    np.testing.assert_array_equal(sure.belief.paths.estimate, lossy.belief.paths.estimate)
+    assert lossy.belief.team.bytes_sent > sure.belief.team.bytes_sent
 
 
 def test_a_solution_that_did_not_arrive_is_not_believed() -> None:
     """With nearly all messages lost the robots keep their poses and what is due stays due."""
     tick = episode(backend="distributed", message_loss=1.0 - 1e-9)
-    assert tick.belief.last_met.max() == 0
-    assert tick.belief.observed.max() > RendezvousConfig().kappa
-    np.testing.assert_array_equal(tick.belief.estimate, episode(kappa=10_000).belief.estimate)
+    assert tick.belief.team.last_met.max() == 0
+    assert tick.belief.team.observed.max() > RendezvousConfig().kappa
+    np.testing.assert_array_equal(tick.belief.paths.estimate, episode(kappa=10_000).belief.paths.estimate)
 
 
 def test_pings_are_of_the_slots_and_their_packets_are_counted() -> None:
     plain = episode(estimator="every_step")
     heard = episode(estimator="every_step", aoa_factors=True)
-    pings, turn = heard.belief.pings, scenario_named("paper-hw-2").turn
-    assert len(plain.belief.pings.observer) == 0
+    pings, turn = heard.belief.log.pings, scenario_named("paper-hw-2").turn
+    assert len(plain.belief.log.pings.observer) == 0
     assert len(pings.observer) == 2 * 13  # two robots that hear each other, at the start and 12 times
-    assert heard.belief.bytes_sent - plain.belief.bytes_sent >= 2 * 13 * BYTES_PER_PING * turn.n_positions
+    assert (
+        heard.belief.team.bytes_sent - plain.belief.team.bytes_sent
+        >= 2 * 13 * BYTES_PER_PING * turn.n_positions
+    )
 
 
 def test_directions_of_robots_far_away_cut_the_error_of_robots_that_never_meet() -> None:
@@ -115,7 +119,7 @@ def test_directions_of_robots_far_away_cut_the_error_of_robots_that_never_meet()
     apart: dict[str, Any] = {"size_m": 20.0, "reach_m": 2.0, "n_steps": 30, "kappa": 10_000}
     apart["estimator"] = "every_step"
     error = [
-        [ate_trans(t.belief.estimate, t.truth.poses).mean() for t in (plain, heard)]
+        [ate_trans(t.belief.paths.estimate, t.truth.poses).mean() for t in (plain, heard)]
         for plain, heard in (
             (episode(seed, **apart), episode(seed, aoa_factors=True, **apart)) for seed in range(4)
         )
@@ -126,11 +130,13 @@ def test_directions_of_robots_far_away_cut_the_error_of_robots_that_never_meet()
 
 def test_covariance_grows_on_the_way_and_falls_at_a_meeting() -> None:
     alone, met = episode(kappa=10_000), episode()
-    trace = np.trace(alone.belief.covariance[:, :2, :2], axis1=1, axis2=2)
+    trace = np.trace(alone.belief.paths.covariance[:, :2, :2], axis1=1, axis2=2)
     n_steps, sigma_t_m = 12, scenario_named("paper-hw-2").sensing.sigma_t_m
     assert (trace > 0.99 * 2.0 * n_steps * sigma_t_m**2).all()
-    assert (np.trace(met.belief.covariance[:, :2, :2], axis1=1, axis2=2) < trace).all()
-    np.testing.assert_allclose(met.belief.covariance, met.belief.covariance.transpose(0, 2, 1), atol=1e-12)
+    assert (np.trace(met.belief.paths.covariance[:, :2, :2], axis1=1, axis2=2) < trace).all()
+    np.testing.assert_allclose(
+        met.belief.paths.covariance, met.belief.paths.covariance.transpose(0, 2, 1), atol=1e-12
+    )
 
 
 @pytest.mark.parametrize(
@@ -149,7 +155,7 @@ def test_covariance_grows_on_the_way_and_falls_at_a_meeting() -> None:
 )
 def test_what_does_not_go_together_is_refused(wrong: dict[str, Any], says: str) -> None:
     with pytest.raises((ValueError, UnknownNameError), match=says):
-        RendezvousConfig(**wrong)
+        GraphConfig(**wrong)
 
 
 def test_headings_that_are_hardly_known_are_solved_with_more_digits(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -165,5 +171,5 @@ def test_headings_that_are_hardly_known_are_solved_with_more_digits(monkeypatch:
     belief = episode(n_steps=25, n_robots=3, estimator="every_step", sigma_t_m=0.0, sigma_r_rad=1.2).belief
     assert careful[-1]
     assert not careful[0]
-    assert np.isfinite(belief.estimate).all()
-    assert np.isfinite(belief.covariance).all()
+    assert np.isfinite(belief.paths.estimate).all()
+    assert np.isfinite(belief.paths.covariance).all()

@@ -39,33 +39,33 @@ def test_methods_see_the_same_world_and_weigh_only_by_gates(outliers: str) -> No
     """Truth, measurements and meetings are those of no method; estimates are not."""
     plain, guarded = episode("none"), episode(outliers)
     np.testing.assert_array_equal(guarded.truth.poses, plain.truth.poses)
-    np.testing.assert_array_equal(guarded.belief.edges.z, plain.belief.edges.z)
-    np.testing.assert_array_equal(guarded.belief.last_met, plain.belief.last_met)
-    assert plain.belief.last_met.max() > 0
-    assert not np.array_equal(guarded.belief.estimate, plain.belief.estimate)
-    assert np.isfinite(guarded.belief.estimate).all()
-    weighed = (guarded.belief.edges.weight < 1.0).any()
+    np.testing.assert_array_equal(guarded.belief.log.edges.z, plain.belief.log.edges.z)
+    np.testing.assert_array_equal(guarded.belief.team.last_met, plain.belief.team.last_met)
+    assert plain.belief.team.last_met.max() > 0
+    assert not np.array_equal(guarded.belief.paths.estimate, plain.belief.paths.estimate)
+    assert np.isfinite(guarded.belief.paths.estimate).all()
+    weighed = (guarded.belief.log.edges.weight < 1.0).any()
     assert not weighed or GUARDS[outliers].by_direction
 
 
 def test_bearings_are_of_measured_pairs_both_ways_and_counted() -> None:
     plain, heard = episode("none"), episode("bearing")
-    bearings, edges = heard.belief.bearings, heard.belief.edges
+    bearings, edges = heard.belief.log.bearings, heard.belief.log.edges
     seen = edges.between_robots
     np.testing.assert_array_equal(bearings.observer, edges.tail[seen])
     np.testing.assert_array_equal(bearings.target, edges.head[seen])
     assert (np.bincount(bearings.observer[:, 0]) == seen.sum() // 2).all()
     off = np.abs(bearing_residuals(heard.truth.poses, bearings))
     assert np.median(off) < np.deg2rad(3.0)
-    assert len(plain.belief.bearings) == 0
-    assert (heard.belief.bytes_sent - plain.belief.bytes_sent) % BYTES_PER_BEARING == 0
-    assert heard.belief.bytes_sent > plain.belief.bytes_sent
+    assert len(plain.belief.log.bearings) == 0
+    assert (heard.belief.team.bytes_sent - plain.belief.team.bytes_sent) % BYTES_PER_BEARING == 0
+    assert heard.belief.team.bytes_sent > plain.belief.team.bytes_sent
 
 
 def test_directions_help_where_the_radio_is_that_of_the_simulator() -> None:
     """Over six episodes with outliers the default has the smaller mean error (Eq. 12)."""
     error = {
-        name: np.mean([ate_trans(t.belief.estimate, t.truth.poses).mean() for t in ticks])
+        name: np.mean([ate_trans(t.belief.paths.estimate, t.truth.poses).mean() for t in ticks])
         for name in ("none", "bearing")
         for ticks in [[episode(name, seed) for seed in range(6)]]
     }

@@ -37,10 +37,10 @@ def test_no_noise_no_error(seed: int) -> None:
     """Perfect sensors: dead reckoning is the truth, every residual is zero, a solve changes nothing."""
     perfect = scenario_named("paper-hw-2", sigma_t_m=0.0, sigma_r_rad=0.0, size_m=6.0)
     last = episode(perfect, seed, n_steps=12)[-1]
-    np.testing.assert_allclose(last.belief.estimate[..., :2], last.truth.poses[..., :2], atol=1e-6)
+    np.testing.assert_allclose(last.belief.paths.estimate[..., :2], last.truth.poses[..., :2], atol=1e-6)
     np.testing.assert_allclose(last.belief.err, 0.0, atol=1e-9)
-    np.testing.assert_allclose(ate_trans(last.belief.estimate, last.truth.poses), 0.0, atol=1e-9)
-    np.testing.assert_allclose(ate_rot(last.belief.estimate, last.truth.poses), 0.0, atol=1e-9)
+    np.testing.assert_allclose(ate_trans(last.belief.paths.estimate, last.truth.poses), 0.0, atol=1e-9)
+    np.testing.assert_allclose(ate_rot(last.belief.paths.estimate, last.truth.poses), 0.0, atol=1e-9)
 
 
 def test_two_policies_meet_the_same_noise() -> None:
@@ -49,7 +49,7 @@ def test_two_policies_meet_the_same_noise() -> None:
     runs = [episode(scenario, 3, n_steps=8, stand=stand) for stand in (False, True)]
     heading_errors = []
     for ticks in runs:
-        estimate, truth = ticks[-1].belief.estimate, ticks[-1].truth.poses
+        estimate, truth = ticks[-1].belief.paths.estimate, ticks[-1].truth.poses
         step = np.diff(estimate[..., 2], axis=1) - np.diff(truth[..., 2], axis=1)
         heading_errors.append(np.angle(np.exp(1j * step)))
     np.testing.assert_allclose(heading_errors[0], heading_errors[1], atol=1e-9)
@@ -77,10 +77,10 @@ def test_robots_that_stay_together_meet_every_kappa_iterations() -> None:
     """In a room smaller than the sensor range each iteration brings one observation each way."""
     small = scenario_named("paper-hw-2", size_m=1.5, lidar_range_m=1.0)
     ticks = episode(small, 1, n_steps=9, stand=True)
-    met = [bool(tick.belief.met) for tick in ticks]
+    met = [bool(tick.belief.team.met) for tick in ticks]
     assert met == [False, False, True, False, False, True, False, False, True, False]
-    assert ticks[-1].belief.bytes_sent > 0
-    assert (ticks[-1].belief.last_met == 8).all()
+    assert ticks[-1].belief.team.bytes_sent > 0
+    assert (ticks[-1].belief.team.last_met == 8).all()
 
 
 def test_a_meeting_lowers_the_error_of_lost_robots() -> None:
@@ -89,7 +89,7 @@ def test_a_meeting_lowers_the_error_of_lost_robots() -> None:
     drops = [
         (a.belief.err.sum(), b.belief.err.sum())
         for a, b in itertools.pairwise(ticks)
-        if b.belief.met and a.belief.err.sum() > 5.0
+        if b.belief.team.met and a.belief.err.sum() > 5.0
     ]
     assert drops
     assert all(after < before for before, after in drops)
@@ -99,7 +99,7 @@ def test_no_measurement_goes_through_a_wall() -> None:
     """Relative poses between robots exist only where nothing stood between them."""
     scenario = scenario_named("paper-hw-2", n_obstacles=4, size_m=12.0)
     ticks = episode(scenario, 5, n_steps=40)
-    edges, poses = ticks[-1].belief.edges, ticks[-1].truth.poses
+    edges, poses = ticks[-1].belief.log.edges, ticks[-1].truth.poses
     pair = edges.between_robots
     gap = (
         poses[edges.tail[pair, 0], edges.tail[pair, 1], :2]

@@ -27,17 +27,30 @@ def by_definition(tick: Tick) -> float:
         for robot, cell in zip(seen.robot.tolist(), seen.cell.tolist(), strict=True):
             middle_m = CELL_M * (np.array([[cell // n, cell % n]]) + 0.5)
             body_m = se2.apply(se2.inverse(tick.truth.poses[robot, t][None]), middle_m)
-            placed.setdefault(cell, []).append(se2.apply(tick.belief.estimate[robot, t][None], body_m)[0])
+            placed.setdefault(cell, []).append(
+                se2.apply(tick.belief.paths.estimate[robot, t][None], body_m)[0]
+            )
     truth = {cell: CELL_M * (np.array([cell // n, cell % n]) + 0.5) for cell in placed}
     good = [np.linalg.norm(np.mean(p, axis=0) - truth[c]) <= TOLERANCE_M for c, p in placed.items()]
     return sum(good) / int(cells.free.sum())
 
 
+def map_of(tick: Tick, estimate: np.ndarray) -> Mapped:
+    return first_map(tick.truth.cells, tick.truth.poses, estimate)
+
+
 def score(ticks: list[Tick]) -> Mapped:
     """Mapped share kept up to date tick by tick."""
-    mapped = first_map(ticks[0])
+    first = ticks[0]
+    mapped = map_of(first, first.belief.paths.estimate)
     for before, after in itertools.pairwise(ticks):
-        mapped = updated_map(mapped, before, after)
+        mapped = updated_map(
+            mapped,
+            after.truth.cells,
+            after.truth.poses,
+            before.belief.paths.estimate,
+            after.belief.paths.estimate,
+        )
     return mapped
 
 
@@ -50,7 +63,7 @@ def test_kept_up_to_date_it_is_what_its_definition_says(seed: int) -> None:
 
 
 def test_poses_did_move_in_the_test_above() -> None:
-    assert any(tick.belief.met for tick in episode(CROWDED, 0, n_steps=25))
+    assert any(tick.belief.team.met for tick in episode(CROWDED, 0, n_steps=25))
 
 
 def test_with_perfect_sensors_all_that_is_seen_is_mapped() -> None:
@@ -62,9 +75,9 @@ def test_with_perfect_sensors_all_that_is_seen_is_mapped() -> None:
 def test_a_map_that_is_off_as_a_whole_maps_nothing() -> None:
     tick = episode(CROWDED, 1, n_steps=5)[-1]
     off = tick.truth.poses + np.array([TOLERANCE_M + 0.01, 0.0, 0.0])
-    assert first_map(tick._replace(belief=tick.belief._replace(estimate=off))).share == 0.0
+    assert map_of(tick, off).share == 0.0
     near = tick.truth.poses + np.array([TOLERANCE_M - 0.01, 0.0, 0.0])
-    shifted = first_map(tick._replace(belief=tick.belief._replace(estimate=near)))
+    shifted = map_of(tick, near)
     assert shifted.share == pytest.approx(tick.truth.cells.share)
 
 
@@ -73,9 +86,9 @@ def test_two_sightings_on_either_side_cancel_and_one_alone_does_not() -> None:
     together = scenario_named("paper-hw-2", size_m=1.5, lidar_range_m=1.0)
     tick = episode(together, 0, n_steps=0)[-1]
     apart = tick.truth.poses + np.array([[[0.8, 0.0, 0.0]], [[-0.8, 0.0, 0.0]]])
-    assert first_map(tick._replace(belief=tick.belief._replace(estimate=apart))).share == 1.0
+    assert map_of(tick, apart).share == 1.0
     aside = tick.truth.poses + np.array([[[1.2, 0.0, 0.0]], [[0.0, 0.0, 0.0]]])
-    assert first_map(tick._replace(belief=tick.belief._replace(estimate=aside))).share == 0.0
+    assert map_of(tick, aside).share == 0.0
 
 
 def test_nothing_is_seen_through_an_obstacle() -> None:

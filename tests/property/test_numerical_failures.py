@@ -27,8 +27,8 @@ def test_bearings_of_robots_that_stand_together(estimator: str) -> None:
         rng = np.random.default_rng(seed)
         while env.agents:
             env.step({agent: np.array([*rng.uniform(-0.3, 0.3, 2), 1.0]) for agent in env.agents})
-            assert np.isfinite(env.tick.belief.estimate).all()
-            assert np.isfinite(env.tick.belief.covariance).all()
+            assert np.isfinite(env.tick.belief.paths.estimate).all()
+            assert np.isfinite(env.tick.belief.paths.covariance).all()
 
 
 def test_underflow_stays_harmless() -> None:

@@ -7,9 +7,9 @@ import pytest
 
 from wifipgo.errors import UnknownNameError
 from wifipgo.radio.channel.csi import RadioConfig
+from wifipgo.radio.links import probe_links
 from wifipgo.radio.propagation.materials import MATERIALS, Material, Slab, relative_permittivity
 from wifipgo.radio.propagation.paths import Paths, Surfaces, surfaces_of, trace_paths
-from wifipgo.radio.turn_profiles import probe_links
 from wifipgo.segments import polygon_edges
 
 CARRIER_HZ = 5.0e9

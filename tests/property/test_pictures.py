@@ -36,8 +36,8 @@ def episode(scenario: Scenario, seed: int) -> tuple[list[Tick], World]:
 def played() -> tuple[list[Tick], World]:
     """An episode with calls and a rendezvous."""
     ticks, world = episode(SCENARIO, 0)
-    assert any(tick.belief.met for tick in ticks)
-    assert any((tick.belief.calls.callee != NOBODY).any() for tick in ticks)
+    assert any(tick.belief.team.met for tick in ticks)
+    assert any((tick.belief.team.calls.callee != NOBODY).any() for tick in ticks)
     return ticks, world
 
 
@@ -150,7 +150,9 @@ def test_a_lobe_points_at_the_caller_in_an_empty_room() -> None:
 def test_links_are_those_that_robots_listen_to(played: tuple[list[Tick], World]) -> None:
     ticks, _ = episode(TEAM, 3)
     scene, belief = scene_of(ticks[-1], TEAM), ticks[-1].belief
-    listens = {tuple(sorted((i, int(j)))) for i, row in enumerate(belief.slots) for j in row if j != NOBODY}
+    listens = {
+        tuple(sorted((i, int(j)))) for i, row in enumerate(belief.radio.slots) for j in row if j != NOBODY
+    }
     assert {tuple(pair) for pair in scene.pairs.tolist()} == listens
     assert ((scene.rate_share > 0.0) & (scene.rate_share <= 1.0)).all()
 

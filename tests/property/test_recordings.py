@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from synthetic_run import STAMP, write_run
 
-from wifipgo.radio.recordings import bearing, main
+from wifipgo.radio.recordings.__main__ import bearing, main
 from wifipgo.radio.recordings.intel5300 import BLOCK_BYTES, STOCK, CsiLog, encode_csi_log, read_csi_log
 from wifipgo.radio.recordings.wsr_dataset import MACS, pair, read_links
 

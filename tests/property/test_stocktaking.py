@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 from envs._observation import layout, observe
 from property.test_loop import episode
 from wifipgo.graph.covariance import spread_m
+from wifipgo.loop.uncertainty import probability_in_place
 from wifipgo.scenarios import Scenario, scenario_named
 from wifipgo.se2 import length
 from wifipgo.state import Belief
 from wifipgo.world.coverage import TOLERANCE_M
-from wifipgo.world.coverage_belief import N_BINS, probability_in_place, surveyed
+from wifipgo.world.coverage_belief import N_BINS, surveyed
 from wifipgo.world.sensing import sight_robots
 
 SMALL = scenario_named("paper-sim-2", size_m=9.0)
@@ -24,8 +25,8 @@ def own_map(belief: Belief, robot: int, scenario: Scenario) -> np.ndarray:
     """Survey of one robot, square by square and pose by pose."""
     range_m, width_m = scenario.sensing.sensor_range_m, scenario.arena.size_m / N_BINS
     out = np.zeros((N_BINS, N_BINS))
-    chance = probability_in_place(belief.trail[robot], reach_m=range_m)
-    for pose, sure in zip(belief.estimate[robot], chance, strict=True):
+    chance = probability_in_place(belief.paths.covariance_history[robot], reach_m=range_m)
+    for pose, sure in zip(belief.paths.estimate[robot], chance, strict=True):
         for x in range(N_BINS):
             for y in range(N_BINS):
                 away_m = np.hypot((x + 0.5) * width_m - pose[0], (y + 0.5) * width_m - pose[1])
@@ -41,7 +42,7 @@ def test_a_survey_is_what_the_trajectory_as_now_believed_saw(seed: int) -> None:
     """Also after poses were optimised: nothing stays where it was believed to be before."""
     last = episode(SMALL, seed, n_steps=20)[-1].belief
     for robot in range(2):
-        np.testing.assert_allclose(last.survey.own[robot], own_map(last, robot, SMALL), atol=1e-6)
+        np.testing.assert_allclose(last.coverage.own[robot], own_map(last, robot, SMALL), atol=1e-6)
 
 
 @given(st.floats(-1e6, 1e6), st.floats(-30.0, 30.0), st.floats(0.0, 1e6), st.floats(2.0, 40.0))
@@ -60,11 +61,11 @@ def test_a_survey_of_any_range_from_anywhere(x_m: float, y_m: float, range_m: fl
 
 def test_who_meets_knows_what_the_others_saw() -> None:
     for tick in episode(SMALL, 0, n_steps=30):
-        for group in tick.belief.met:
-            known = tick.belief.survey.known[list(group)]
+        for group in tick.belief.team.met:
+            known = tick.belief.coverage.known[list(group)]
             np.testing.assert_array_equal(known, np.broadcast_to(known[0], known.shape))
             break
-    assert (tick.belief.survey.told > 0.0).any()
+    assert (tick.belief.coverage.told > 0.0).any()
 
 
 def test_recognised_places_count_in_what_is_recorded_and_a_meeting_makes_it_so() -> None:
@@ -73,10 +74,10 @@ def test_recognised_places_count_in_what_is_recorded_and_a_meeting_makes_it_so()
     dips = 0
     for before, after in itertools.pairwise(ticks):
         belief, was = after.belief, before.belief
-        now, recorded = spread_m(belief.covariance), spread_m(belief.recorded[:, -1])
-        met = np.isin([0, 1], [robot for group in belief.met for robot in group])
+        now, recorded = spread_m(belief.paths.covariance), spread_m(belief.paths.predicted_covariance[:, -1])
+        met = np.isin([0, 1], [robot for group in belief.team.met for robot in group])
         np.testing.assert_allclose(now[met], recorded[met])
-        dips += int((recorded < spread_m(was.recorded[:, -1])).sum())
+        dips += int((recorded < spread_m(was.paths.predicted_covariance[:, -1])).sum())
     assert dips > 0
 
 
@@ -102,7 +103,7 @@ def test_observations_say_what_the_belief_says() -> None:
     belief = episode(SMALL, 2, n_steps=12)[-1].belief
     rows = observe(belief, SMALL)
     blocks = {f.name: rows[:, f.where] for f in layout(SMALL)}
-    np.testing.assert_allclose(blocks["own/spread"][:, 0], spread_m(belief.covariance), rtol=1e-6)
-    np.testing.assert_allclose(blocks["own/start"] * 9.0, belief.estimate[:, 0, :2], rtol=1e-5)
-    np.testing.assert_array_equal(blocks["survey"].reshape(2, N_BINS, N_BINS), belief.survey.known)
+    np.testing.assert_allclose(blocks["own/spread"][:, 0], spread_m(belief.paths.covariance), rtol=1e-6)
+    np.testing.assert_allclose(blocks["own/start"] * 9.0, belief.paths.estimate[:, 0, :2], rtol=1e-5)
+    np.testing.assert_array_equal(blocks["survey"].reshape(2, N_BINS, N_BINS), belief.coverage.known)
     assert blocks["own/elapsed"][0, 0] == pytest.approx(12 / 50)

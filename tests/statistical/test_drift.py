@@ -6,8 +6,7 @@ from jaxtyping import Float
 from property.test_loop import episode
 
 from wifipgo import se2
-from wifipgo.graph.covariance import before_known_end, from_known_place, spread_m
-from wifipgo.graph.growth import dead_reckoned
+from wifipgo.graph.covariance import before_known_end, dead_reckoned, from_known_place, spread_m
 from wifipgo.scenarios import scenario_named
 
 N_RUNS = 20_000
@@ -75,6 +74,6 @@ def test_in_the_loop_robots_know_how_lost_they_are(meets: bool) -> None:
     ratios = []
     for seed in range(10):
         last = episode(scenario, seed, n_steps=16)[-1]
-        off_m2 = ((last.belief.estimate - last.truth.poses)[:, -1, :2] ** 2).sum(axis=-1)
-        ratios += (off_m2 / spread_m(last.belief.covariance) ** 2).tolist()
+        off_m2 = ((last.belief.paths.estimate - last.truth.poses)[:, -1, :2] ** 2).sum(axis=-1)
+        ratios += (off_m2 / spread_m(last.belief.paths.covariance) ** 2).tolist()
     assert 0.4 <= float(np.mean(ratios)) <= 2.0

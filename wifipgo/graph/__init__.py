@@ -2,11 +2,11 @@
 
 from wifipgo.graph.anchor_bearings import NO_PINGS, Pings, extended_pings, select_pings
 from wifipgo.graph.bearings import Bearings, extended_bearings, select_bearings
+from wifipgo.graph.covariance import dead_reckoned
 from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport, solve_distributed
 from wifipgo.graph.distributed.simulated_team import solve_by_robots
 from wifipgo.graph.edges import Edges, extended, retold, select
 from wifipgo.graph.files.g2o import read_g2o, write_g2o
-from wifipgo.graph.growth import dead_reckoned
 from wifipgo.graph.metrics import ERR_WEIGHTS, ate_rot, ate_trans, residual_error
 from wifipgo.graph.outliers.aoa_weights import bearing, paper_weights
 from wifipgo.graph.outliers.methods import GUARDS, Guard, direction_weights, solve_guarded

@@ -14,7 +14,7 @@ from scipy.special import chdtri
 from wifipgo import se2
 from wifipgo.graph.cliques import largest_clique
 from wifipgo.graph.edges import Edges, select
-from wifipgo.underflow import harmless_underflow
+from wifipgo.arithmetic import harmless_underflow
 
 CONFIDENCE = 0.99  # share of pairs of good measurements that pass
 _GAP_SIGMA = 1e3  # m and rad, of a step without odometry: nothing is inconsistent across it

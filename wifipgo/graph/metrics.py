@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from wifipgo.errors import pick
 from wifipgo.graph.edges import Edges
-from wifipgo.underflow import harmless_underflow
+from wifipgo.arithmetic import harmless_underflow
 
 # Whether each term of Eq. 4 is divided by the variance of its measurement.
 ERR_WEIGHTS: Mapping[str, bool] = MappingProxyType({"unit": False, "information": True})

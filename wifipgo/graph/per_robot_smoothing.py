@@ -10,25 +10,15 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.graph import (
-    GUARDS,
-    NO_PINGS,
-    NOTHING,
-    THIRD_PARTY,
-    TOLD_SIGMA,
-    Bearings,
-    Edges,
-    Learned,
-    News,
-    Pings,
-    Smoothers,
-    odometry,
-    select,
-    select_pings,
-)
-from wifipgo.rendezvous import RendezvousConfig
+from wifipgo.graph.anchor_bearings import NO_PINGS, Pings, select_pings
+from wifipgo.graph.bearings import Bearings
+from wifipgo.graph.config import GraphConfig
+from wifipgo.graph.edges import Edges, select
+from wifipgo.graph.outliers.methods import GUARDS
+from wifipgo.graph.solvers import THIRD_PARTY, TOLD_SIGMA, Learned, News, Smoothers, odometry
+from wifipgo.graph.solvers._problem import NOTHING
 from wifipgo.se2 import wrap_angle
-from wifipgo.underflow import harmless_underflow
+from wifipgo.arithmetic import harmless_underflow
 
 # A told pose that changed by less, in standard deviations of told poses, is not worth solving again for.
 _SAME_TOLD = 0.5
@@ -84,7 +74,7 @@ class Memory:
     from the optimum is the optimum.
     """
 
-    def __init__(self, cfg: RendezvousConfig) -> None:
+    def __init__(self, cfg: GraphConfig) -> None:
         """Know nothing yet."""
         self._doubts, self._careful = GUARDS[cfg.outliers].loss == "huber", False
         self._uses_told = THIRD_PARTY[cfg.third_party]

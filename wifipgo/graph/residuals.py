@@ -5,7 +5,7 @@ from jaxtyping import Float
 
 from wifipgo import se2, se3
 from wifipgo.graph.posegraph import PoseGraph
-from wifipgo.underflow import harmless_underflow
+from wifipgo.arithmetic import harmless_underflow
 
 PLANAR = [0, 1, 5]  # places of (x, y, yaw) in a tangent vector of space
 

@@ -1,4 +1,4 @@
-"""Whom each robot listens to in an iteration, and what that says about its measurements."""
+"""AOA measurements of an iteration: whom each robot listens to, and what that says about its measurements."""
 
 import functools
 from dataclasses import replace
@@ -7,29 +7,42 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.graph import GUARDS, NO_PINGS, Bearings, Pings, direction_weights
-from wifipgo.radio.aoa import AoaConfig, find_peaks
+from wifipgo.graph.anchor_bearings import NO_PINGS, Pings
+from wifipgo.graph.bearings import Bearings
+from wifipgo.graph.outliers.methods import GUARDS, direction_weights
+from wifipgo.radio.aoa.estimators import AoaConfig
+from wifipgo.radio.aoa.peaks import Peaks, find_peaks
 from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.impairments import Standing
-from wifipgo.radio.turn_profiles import Links, listen
+from wifipgo.radio.links import Links
+from wifipgo.radio.turn_profiles import listen
 from wifipgo.rendezvous import NOBODY, Calls, choose_slots
-from wifipgo.scenarios import Scenario
-from wifipgo.state import Belief
+from wifipgo.scenarios.scenario import Scenario
+from wifipgo.state import Paths
 from wifipgo.world.sensing import RelativePoses, indices
 
 _LEAST_M2 = 1e-4  # variance of a place that its robot takes for certain: 1 cm
 
 
-class Listening(NamedTuple):
-    """Profiles by slot and by link; ``row`` finds the link of a receiver and a sender."""
+class Heard(NamedTuple):
+    """Profiles by slot and by link, and their peaks, found once.
+
+    Attributes:
+        slots: Neighbours that each robot listens to, `NOBODY` where empty.
+        by_slot: Profile of each slot, zeros where empty.
+        row: Link of a receiver and a sender, `NOBODY` where there is none.
+        profile: Of each link.
+        peaks: Of each link, if anything makes use of directions; else of none.
+    """
 
     slots: Int[np.ndarray, "robots slots"]
     by_slot: Float[np.ndarray, "robots slots grid"]
     row: Int[np.ndarray, "robots robots"]
     profile: Float[np.ndarray, "links grid"]
+    peaks: Peaks
 
 
-def listened(
+def listen_to_team(
     links: Links,
     calls: Calls,
     seen: Bool[np.ndarray, "robots robots"],
@@ -38,11 +51,11 @@ def listened(
     *,
     scenario: Scenario,
     rng: np.random.Generator,
-) -> Listening:
+) -> Heard:
     """Profiles of every slot, and of every robot in view where they guard against outliers."""
-    n = len(yaw_rad)
+    n, cfg = len(yaw_rad), scenario.graph
     slots = choose_slots(calls, links.rate_mbit_s, links.esnr_db, scenario.n_slots)
-    wanted = seen & GUARDS[scenario.rendezvous.outliers].listens
+    wanted = seen & GUARDS[cfg.outliers].listens
     robot, slot = np.nonzero(slots != NOBODY)
     wanted[robot, slots[robot, slot]] = True
     receiver, sender = np.nonzero(wanted)
@@ -51,7 +64,9 @@ def listened(
     profile = _profiles(links, receiver, sender, yaw_rad, standing, scenario=scenario, rng=rng)
     by_slot = np.zeros((*slots.shape, scenario.turn.n_azimuths), dtype=np.float32)
     by_slot[robot, slot] = profile[row[robot, slots[robot, slot]]]
-    return Listening(slots, by_slot, row, profile)
+    made_use_of = cfg.aoa_factors or GUARDS[cfg.outliers].listens
+    peaks = find_peaks(profile[: None if made_use_of else 0], n_peaks=scenario.turn.n_peaks)
+    return Heard(slots, by_slot, row, profile, peaks)
 
 
 def _profiles(
@@ -86,17 +101,16 @@ def _scaled(radio: RadioConfig, turn: AoaConfig, scale: float) -> tuple[RadioCon
     return radio.scaled(scale), replace(turn, antenna_gap_m=gap_m, antenna_scale=())
 
 
-def weights_of(others: RelativePoses, heard: Listening, scenario: Scenario) -> Float[np.ndarray, " edges"]:
+def weights_of(others: RelativePoses, heard: Heard, scenario: Scenario) -> Float[np.ndarray, " edges"]:
     """Weights by a gate on direction, as Eq. 11's, from the peak closest to each report (Eq. 10).
 
     Where nothing was heard, nothing contradicts the measurement: its weight is 1.
     """
-    cfg = scenario.rendezvous
+    cfg = scenario.graph
     guard = GUARDS[cfg.outliers]
     if not guard.by_direction or not len(others.z):
         return np.ones(len(others.z))
-    rows = heard.row[others.tail[:, 0], others.head[:, 0]]
-    peaks = find_peaks(heard.profile[rows], n_peaks=scenario.turn.n_peaks)
+    peaks = _peaks_along(others, heard)
     weight = direction_weights(
         others.z,
         others.sigma,
@@ -108,13 +122,12 @@ def weights_of(others: RelativePoses, heard: Listening, scenario: Scenario) -> F
     return np.where(peaks.height[:, 0] > 0.0, weight, 1.0)
 
 
-def bearings_of(others: RelativePoses, heard: Listening, scenario: Scenario) -> Bearings:
+def bearings_of(others: RelativePoses, heard: Heard, scenario: Scenario) -> Bearings:
     """Directions in which the robots that measured each other heard each other, if they are made use of."""
-    cfg, n_peaks = scenario.rendezvous, scenario.turn.n_peaks
+    cfg = scenario.graph
     if not GUARDS[cfg.outliers].bearings or not len(others.z):
-        return Bearings.empty(n_peaks)
-    rows = heard.row[others.tail[:, 0], others.head[:, 0]]
-    peaks = find_peaks(heard.profile[rows], n_peaks=n_peaks)
+        return Bearings.empty(scenario.turn.n_peaks)
+    peaks = _peaks_along(others, heard)
     loud = peaks.height[:, 0] > 0.0
     return Bearings.measured(
         observer=others.tail[loud],
@@ -124,18 +137,25 @@ def bearings_of(others: RelativePoses, heard: Listening, scenario: Scenario) -> 
     )
 
 
-def pings_of(heard: Listening, belief: Belief, scenario: Scenario) -> Pings:
+def _peaks_along(others: RelativePoses, heard: Heard) -> Peaks:
+    """Peaks of the link along each measurement."""
+    rows = heard.row[others.tail[:, 0], others.head[:, 0]]
+    return Peaks(*(column[rows] for column in heard.peaks))
+
+
+def pings_of(heard: Heard, paths: Paths, scenario: Scenario) -> Pings:
     """Directions of the robots in the slots, which say in each packet where they think they are."""
-    if not scenario.rendezvous.aoa_factors:
+    if not scenario.graph.aoa_factors:
         return NO_PINGS
     robot, slot = np.nonzero(heard.slots != NOBODY)
-    peaks = find_peaks(heard.by_slot[robot, slot], n_peaks=1)
+    other = heard.slots[robot, slot]
+    peaks = Peaks(*(column[heard.row[robot, other]] for column in heard.peaks))
     loud = peaks.height[:, 0] > 0.0
-    robot, other = robot[loud], heard.slots[robot, slot][loud]
+    robot, other = robot[loud], other[loud]
     return Pings(
-        observer=indices(robot, belief.t),
+        observer=indices(robot, paths.t),
         azimuth_rad=peaks.azimuth_rad[loud, 0],
-        sigma_rad=np.full(len(robot), scenario.rendezvous.aoa_sigma_rad),
-        point_m=belief.estimate[other, -1, :2],
-        covariance_m2=belief.covariance[other, :2, :2] + _LEAST_M2 * np.eye(2),
+        sigma_rad=np.full(len(robot), scenario.graph.aoa_sigma_rad),
+        point_m=paths.estimate[other, -1, :2],
+        covariance_m2=paths.covariance[other, :2, :2] + _LEAST_M2 * np.eye(2),
     )

@@ -14,7 +14,6 @@ from jaxtyping import Float
 from wifipgo.errors import NumericalError
 from wifipgo.graph import (
     GUARDS,
-    Bearings,
     Channel,
     DistributedConfig,
     Edges,
@@ -23,10 +22,12 @@ from wifipgo.graph import (
     solve_by_robots,
     solve_guarded,
 )
+from wifipgo.graph.config import GraphConfig
 from wifipgo.graph.outliers.methods import gate_weights
-from wifipgo.rendezvous import NOBODY, RendezvousConfig, due_groups
-from wifipgo.scenarios import Scenario
-from wifipgo.state import Belief
+from wifipgo.graph.per_robot_smoothing import Memory
+from wifipgo.rendezvous import NOBODY, due_groups
+from wifipgo.scenarios.scenario import Scenario
+from wifipgo.state import MeasurementLog, Paths, Team
 
 # Bytes of one pose, measurement and bearing as sent: 3 float64; two keys, z, sigma and weight; two keys,
 # azimuth and sigma.
@@ -41,141 +42,186 @@ class Meeting(NamedTuple):
     """What a rendezvous leaves behind.
 
     Attributes:
-        estimate: Poses of all robots.
-        covariance: Of their last poses.
+        paths: Poses of all robots, and covariances of the last.
         edges: Measurements, with what those that met told each other.
         bytes_sent: Exchanged.
         served: Whether the robots know what they met for; if not they try again.
     """
 
-    estimate: Float[np.ndarray, "robots times 3"]
-    covariance: Float[np.ndarray, "robots 3 3"]
+    paths: Paths
     edges: Edges
     bytes_sent: int
     served: bool = True
 
 
-def hold_meetings(belief: Belief, scenario: Scenario, *, rng: np.random.Generator) -> Belief:
+def exchange(
+    paths: Paths,
+    log: MeasurementLog,
+    team: Team,
+    rate_mbit_s: Float[np.ndarray, "robots robots"],
+    *,
+    scenario: Scenario,
+    rng: np.random.Generator,
+) -> tuple[Paths, MeasurementLog, Team]:
     """Hold every rendezvous that is due; a call that was up in a group is served.
 
     Args:
-        belief: What the robots know, the measurements of this iteration among it.
+        paths: What the robots believe.
+        log: What they measured, in this iteration too.
+        team: Who called and observed whom.
+        rate_mbit_s: Of the links.
         scenario: Says when a meeting is due, and who solves what.
         rng: Chance of messages that are lost.
     """
-    cfg, q_mbit_s = scenario.rendezvous, scenario.link.q_mbit_s
-    for group in due_groups(belief.observed, belief.rate_mbit_s, kappa=cfg.kappa, q_mbit_s=q_mbit_s):
-        belief = _after(belief, group, _meet(belief, group, cfg=cfg, rng=rng))
-    return belief
+    kappa, q_mbit_s = scenario.rendezvous.kappa, scenario.link.q_mbit_s
+    for group in due_groups(team.observed, rate_mbit_s, kappa=kappa, q_mbit_s=q_mbit_s):
+        meeting = _meet(paths, log, team, group, cfg=scenario.graph, rng=rng)
+        paths, log = meeting.paths, log._replace(edges=meeting.edges)
+        team = team._replace(bytes_sent=team.bytes_sent + meeting.bytes_sent)
+        team = _met(team, group, paths.t) if meeting.served else team
+    return paths, log, team
 
 
-def _after(belief: Belief, group: list[int], meeting: Meeting) -> Belief:
-    """What the robots believe when a meeting is over."""
-    belief = belief._replace(
-        estimate=meeting.estimate,
-        covariance=meeting.covariance,
-        edges=meeting.edges,
-        bytes_sent=belief.bytes_sent + meeting.bytes_sent,
-    )
-    if not meeting.served:
-        return belief
-    observed, last_met, held = belief.observed.copy(), belief.last_met.copy(), belief.held.copy()
-    callee, among = belief.calls.callee.copy(), np.ix_(group, group)
-    observed[among], held[among] = 0, belief.t + 1
-    last_met[group], callee[group] = belief.t, NOBODY
-    return belief._replace(
+def _met(team: Team, group: list[int], t: int) -> Team:
+    """Calls are served, and what the members had at iteration ``t`` each of them has."""
+    observed, last_met, held = team.observed.copy(), team.last_met.copy(), team.held.copy()
+    callee, among = team.calls.callee.copy(), np.ix_(group, group)
+    observed[among], held[among] = 0, t + 1
+    last_met[group], callee[group] = t, NOBODY
+    return team._replace(
         observed=observed,
         held=held,
         last_met=last_met,
-        calls=belief.calls._replace(callee=callee),
-        met=(*belief.met, tuple(group)),
+        calls=team.calls._replace(callee=callee),
+        met=(*team.met, tuple(group)),
     )
 
 
-def _meet(belief: Belief, group: list[int], *, cfg: RendezvousConfig, rng: np.random.Generator) -> Meeting:
+def _meet(
+    paths: Paths,
+    log: MeasurementLog,
+    team: Team,
+    group: list[int],
+    *,
+    cfg: GraphConfig,
+    rng: np.random.Generator,
+) -> Meeting:
     """Exchange what the way of solving needs, solve (Eq. 3), and tell each other the new poses.
 
     Only what the members measured or were told enters. Gates on direction weighed the measurements
     when they came.
     """
     if cfg.estimator == "every_step":
-        n_bytes = _bytes_of_news(belief, group)
-        return Meeting(belief.estimate, belief.covariance, belief.edges, n_bytes)
+        return Meeting(paths, log.edges, _bytes_of_news(paths, log, team, group))
     if cfg.backend == "distributed":
-        return _solved_by_robots(belief, group, cfg=cfg, rng=rng)
+        return _solved_by_robots(paths, log, group, cfg=cfg, rng=rng)
     guard = GUARDS[cfg.outliers]
     at_once = replace(guard, gate="none") if guard.by_direction else guard
-    n_bytes = _bytes_of_graphs(belief.estimate, belief.edges, belief.bearings, group)
+    n_bytes = _bytes_of_graphs(paths, log, group)
     try:
         solved, report = solve_guarded(
-            belief.estimate,
-            belief.edges,
-            belief.bearings,
+            paths.estimate,
+            log.edges,
+            log.bearings,
             robots=group,
             outliers=at_once,
             third_party=cfg.third_party,
             covariances=True,
         )
     except NumericalError:  # what they measured cannot be solved for, so they go on as they were
-        return Meeting(belief.estimate, belief.covariance, belief.edges, n_bytes, served=False)
-    covariance = belief.covariance.copy()
-    if report.end_covariances is not None:  # else the last ones stay
-        covariance[group] = report.end_covariances
-    return Meeting(solved, covariance, retold(belief.edges, solved, robots=group), n_bytes)
+        return Meeting(paths, log.edges, n_bytes, served=False)
+    return Meeting(
+        _optimised(paths, solved, group, report.end_covariances),
+        retold(log.edges, solved, robots=group),
+        n_bytes,
+    )
 
 
 def _solved_by_robots(
-    belief: Belief, group: list[int], *, cfg: RendezvousConfig, rng: np.random.Generator
+    paths: Paths, log: MeasurementLog, group: list[int], *, cfg: GraphConfig, rng: np.random.Generator
 ) -> Meeting:
     """Let each robot solve for its own poses; what has not converged is not believed."""
     guard = GUARDS[cfg.outliers]
     gate = guard.gate if guard.gate == "pcm" else "none"
-    weight = gate_weights(belief.edges, None, gate, group)
-    edges = replace(belief.edges, weight=belief.edges.weight * weight)
+    weight = gate_weights(log.edges, None, gate, group)
+    edges = replace(log.edges, weight=log.edges.weight * weight)
     channel = Channel(loss=cfg.message_loss, attempts=_ATTEMPTS, rng=rng)
-    config = DistributedConfig(threshold=_THRESHOLD_M)
     try:
         solved, report = solve_by_robots(
-            belief.estimate,
+            paths.estimate,
             edges,
             robots=group,
             loss=guard.loss,
             third_party=cfg.third_party,
-            config=config,
+            config=DistributedConfig(threshold=_THRESHOLD_M),
             channel=channel,
         )
     except NumericalError:
         report = None
     if report is None or not report.converged:
-        return Meeting(belief.estimate, belief.covariance, belief.edges, channel.bytes_sent, served=False)
-    covariance = belief.covariance.copy()
+        return Meeting(paths, log.edges, channel.bytes_sent, served=False)
+    known = None
     with suppress(NumericalError):  # then the last ones stay
-        covariance[group] = end_covariances(solved, edges, robots=group, third_party=cfg.third_party)
-    return Meeting(solved, covariance, retold(belief.edges, solved, robots=group), channel.bytes_sent)
+        known = end_covariances(solved, edges, robots=group, third_party=cfg.third_party)
+    return Meeting(
+        _optimised(paths, solved, group, known),
+        retold(log.edges, solved, robots=group),
+        channel.bytes_sent,
+    )
 
 
-def _bytes_of_graphs(
-    estimate: Float[np.ndarray, "robots times 3"], edges: Edges, bearings: Bearings, group: list[int]
-) -> int:
+def _optimised(
+    paths: Paths,
+    estimate: Float[np.ndarray, "robots times 3"],
+    group: list[int],
+    known: Float[np.ndarray, "group 3 3"] | None,
+) -> Paths:
+    """Paths with other poses, and other covariances of the last poses of those that met, if they are known."""
+    covariance = paths.covariance.copy()
+    if known is not None:
+        covariance[group] = known
+    return paths._replace(estimate=estimate, covariance=covariance)
+
+
+def solve_at_every_step(
+    paths: Paths, log: MeasurementLog, team: Team, memory: Memory | None
+) -> tuple[Paths, MeasurementLog]:
+    """Let every robot solve by itself, if they do; those that met tell each other the new poses."""
+    if memory is None:
+        return paths, log
+    estimate, covariance = memory.smoothed(
+        paths.estimate,
+        paths.covariance,
+        edges=log.edges,
+        bearings=log.bearings,
+        sent=team.held,
+        pings=log.pings,
+    )
+    edges = log.edges
+    for group in team.met:
+        edges = retold(edges, estimate, robots=group)
+    return paths._replace(estimate=estimate, covariance=covariance), log._replace(edges=edges)
+
+
+def _bytes_of_graphs(paths: Paths, log: MeasurementLog, group: list[int]) -> int:
     """Every member sends its trajectory, measurements and bearings to every other."""
-    member = np.zeros(len(estimate), dtype=bool)
+    member = np.zeros(len(paths.estimate), dtype=bool)
     member[group] = True
-    n_edges = int(member[edges.tail[:, 0]].sum())
-    n_bearings = int(member[bearings.observer[:, 0]].sum())
-    content = BYTES_PER_POSE * len(group) * estimate.shape[1]
+    n_edges = int(member[log.edges.tail[:, 0]].sum())
+    n_bearings = int(member[log.bearings.observer[:, 0]].sum())
+    content = BYTES_PER_POSE * len(group) * paths.estimate.shape[1]
     content += BYTES_PER_EDGE * n_edges + BYTES_PER_BEARING * n_bearings
     return content * (len(group) - 1)
 
 
-def _bytes_of_news(belief: Belief, group: list[int]) -> int:
+def _bytes_of_news(paths: Paths, log: MeasurementLog, team: Team, group: list[int]) -> int:
     """Every member sends every other what that does not hold yet."""
-    n_bytes = 0
+    n_bytes, edges, heard = 0, log.edges, log.bearings.observer
     for receiver in group:
-        known = belief.held[receiver]
+        known = team.held[receiver]
         for sender in (robot for robot in group if robot != receiver):
-            n_edges = int((belief.edges.tail[:, 0] == sender) @ (belief.edges.measured_at >= known[sender]))
-            heard = belief.bearings.observer
+            n_edges = int((edges.tail[:, 0] == sender) @ (edges.measured_at >= known[sender]))
             n_heard = int((heard[:, 0] == sender) @ (heard[:, 1] >= known[sender]))
-            n_bytes += BYTES_PER_POSE * int(belief.t + 1 - known[sender])
+            n_bytes += BYTES_PER_POSE * int(paths.t + 1 - known[sender])
             n_bytes += BYTES_PER_EDGE * n_edges + BYTES_PER_BEARING * n_heard
     return n_bytes

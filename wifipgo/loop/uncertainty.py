@@ -5,10 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.graph.covariance import before_known_end, from_known_place, own_places, tighter
-from wifipgo.scenarios import Scenario
-from wifipgo.state import Belief
-from wifipgo.world.coverage_belief import BYTES_PER_SURVEY, Survey, no_survey, probability_in_place, surveyed
+from wifipgo.graph.covariance import before_known_end, from_known_place, looseness_m2, own_places, tighter
+from wifipgo.graph.edges import Edges
+from wifipgo.scenarios.scenario import Scenario
+from wifipgo.state import Belief, Paths
+from wifipgo.world.coverage import TOLERANCE_M
+from wifipgo.world.coverage_belief import BYTES_PER_SURVEY, Survey, no_survey, surveyed
 
 
 def first_survey(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> Survey:
@@ -22,66 +24,71 @@ def first_survey(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> S
     return survey._replace(own=own)
 
 
-def taken_stock(before: Belief, after: Belief, scenario: Scenario) -> Belief:
-    """Bring trails of covariances and surveys up to date after an iteration.
+def propagate_uncertainty(before: Belief, after: Belief, scenario: Scenario) -> Belief:
+    """Bring covariance histories and coverage beliefs up to date after an iteration.
 
     Args:
         before: What was believed before it.
-        after: What is believed now; trails have grown by dead reckoning, surveys are those of ``before``.
+        after: What is believed now; histories have grown by dead reckoning, coverage is that of ``before``.
         scenario: Noise and ranges as the robots know them.
     """
-    belief = _recognised(after, scenario)
-    solved = _solved(belief, scenario)
-    belief = _known_at_both_ends(belief, solved, scenario) if len(solved) else belief
-    changed = before.estimate != belief.estimate[:, : before.estimate.shape[1]]
-    moved = changed.reshape(len(changed), -1).any(axis=1)
+    met = after.team.met
+    solved = _solved(met, scenario)
+    paths = _with_loop_closures(after.paths, after.log.edges, scenario)
+    paths = _known_at_both_ends(paths, solved, scenario) if len(solved) else paths
+    old = before.paths.estimate
+    moved = (old != paths.estimate[:, : old.shape[1]]).reshape(len(old), -1).any(axis=1)
     moved[solved] = True
-    belief = _surveyed(belief, moved, scenario)
-    for group in belief.met:
-        belief = _shared(belief, group)
-    return belief
+    coverage = _covered(after.coverage, paths, moved, scenario)
+    n_bytes = after.team.bytes_sent
+    for group in met:
+        coverage = _shared(coverage, group)
+        n_bytes += BYTES_PER_SURVEY * len(group) * (len(group) - 1)
+    return after._replace(paths=paths, coverage=coverage, team=after.team._replace(bytes_sent=n_bytes))
 
 
-def _solved(belief: Belief, scenario: Scenario) -> Int[np.ndarray, " solved"]:
+def _solved(met: Sequence[Sequence[int]], scenario: Scenario) -> Int[np.ndarray, " solved"]:
     """Robots whose poses were optimised in this iteration."""
-    if scenario.rendezvous.estimator != "at_rendezvous":
+    if scenario.graph.estimator != "at_rendezvous":
         return np.arange(scenario.n_robots)
-    return np.array([robot for group in belief.met for robot in group], dtype=np.int64)
+    return np.array([robot for group in met for robot in group], dtype=np.int64)
 
 
 def _reach_m(scenario: Scenario) -> float:
     return scenario.sensing.sensor_range_m
 
 
-def _recognised(belief: Belief, scenario: Scenario) -> Belief:
+def _with_loop_closures(paths: Paths, edges: Edges, scenario: Scenario) -> Paths:
     """Places measured again: what an optimisation would make of them."""
-    t, sigma = belief.t, scenario.sensing.stated_sigmas(scenario.n_robots)
-    robot, then = own_places(belief.edges, t)
+    t, sigma = paths.t, scenario.sensing.stated_sigmas(scenario.n_robots)
+    robot, then = own_places(edges, t)
     if not len(robot):
-        return belief
-    recorded = belief.recorded.copy()
-    back_m = belief.estimate[robot, t, :2] - belief.estimate[robot, then, :2]
-    again = from_known_place(recorded[robot, then], back_m, sigma[robot])
-    recorded[robot, t] = tighter(recorded[robot, t], again, reach_m=_reach_m(scenario))
-    return belief._replace(recorded=recorded)
+        return paths
+    predicted = paths.predicted_covariance.copy()
+    back_m = paths.estimate[robot, t, :2] - paths.estimate[robot, then, :2]
+    again = from_known_place(predicted[robot, then], back_m, sigma[robot])
+    predicted[robot, t] = tighter(predicted[robot, t], again, reach_m=_reach_m(scenario))
+    return paths._replace(predicted_covariance=predicted)
 
 
-def _known_at_both_ends(belief: Belief, solved: Int[np.ndarray, " solved"], scenario: Scenario) -> Belief:
+def _known_at_both_ends(paths: Paths, solved: Int[np.ndarray, " solved"], scenario: Scenario) -> Paths:
     """Poses that were optimised are known from start and end: take what is tighter, pose by pose."""
     sigma = scenario.sensing.stated_sigmas(scenario.n_robots)[solved]
-    back = before_known_end(belief.covariance[solved], belief.estimate[solved, :, :2], sigma)
-    tight = tighter(belief.recorded[solved], back, reach_m=_reach_m(scenario))
-    tight[:, -1] = belief.covariance[solved]
-    trail, recorded = belief.trail.copy(), belief.recorded.copy()
-    trail[solved] = recorded[solved] = tight
-    return belief._replace(trail=trail, recorded=recorded)
+    back = before_known_end(paths.covariance[solved], paths.estimate[solved, :, :2], sigma)
+    tight = tighter(paths.predicted_covariance[solved], back, reach_m=_reach_m(scenario))
+    tight[:, -1] = paths.covariance[solved]
+    history, predicted = paths.covariance_history.copy(), paths.predicted_covariance.copy()
+    history[solved] = predicted[solved] = tight
+    return paths._replace(covariance_history=history, predicted_covariance=predicted)
 
 
-def _surveyed(belief: Belief, moved: Bool[np.ndarray, " robots"], scenario: Scenario) -> Belief:
+def _covered(
+    coverage: Survey, paths: Paths, moved: Bool[np.ndarray, " robots"], scenario: Scenario
+) -> Survey:
     """Own maps: with what is seen from the newest poses, or anew where the trajectory moved."""
-    own, n_times = belief.survey.own, belief.estimate.shape[1]
+    own, n_times = coverage.own, paths.t + 1
     if moved.any():
-        poses = np.zeros(belief.estimate.shape[:2], dtype=bool)
+        poses = np.zeros(paths.estimate.shape[:2], dtype=bool)
         poses[:, -1] = poses[moved] = True
         robot, time = poses.nonzero()
         own = np.where(moved[:, None, None], np.float32(0.0), own)
@@ -90,18 +97,29 @@ def _surveyed(belief: Belief, moved: Bool[np.ndarray, " robots"], scenario: Scen
     own = surveyed(
         own,
         robot,
-        belief.estimate[robot, time, :2],
-        probability_in_place(belief.trail[robot, time], reach_m=_reach_m(scenario)),
+        paths.estimate[robot, time, :2],
+        probability_in_place(paths.covariance_history[robot, time], reach_m=_reach_m(scenario)),
         size_m=scenario.arena.size_m,
         range_m=_reach_m(scenario),
     )
-    return belief._replace(survey=belief.survey._replace(own=own))
+    return coverage._replace(own=own)
 
 
-def _shared(belief: Belief, group: Sequence[int]) -> Belief:
+def probability_in_place(
+    covariance: Float[np.ndarray, "... 3 3"], *, reach_m: float
+) -> Float[np.ndarray, "..."]:
+    """Probability that what is seen from a pose is put within `TOLERANCE_M` of where it is.
+
+    Rayleigh's law, by the mean square error of places at two thirds of the range, the mean distance
+    of what is in it; the two directions of an error are taken to be alike.
+    """
+    spread_m2 = looseness_m2(covariance, reach_m=2.0 / 3.0 * reach_m)
+    return 1.0 - np.exp(-(TOLERANCE_M**2) / np.maximum(spread_m2, 1e-12))
+
+
+def _shared(coverage: Survey, group: Sequence[int]) -> Survey:
     """Robots that meet send each other all that they know of the room."""
     members = list(group)
-    told = belief.survey.told.copy()
-    told[members] = belief.survey.known[members].max(axis=0)
-    n_bytes = BYTES_PER_SURVEY * len(members) * (len(members) - 1)
-    return belief._replace(survey=belief.survey._replace(told=told), bytes_sent=belief.bytes_sent + n_bytes)
+    told = coverage.told.copy()
+    told[members] = coverage.known[members].max(axis=0)
+    return coverage._replace(told=told)

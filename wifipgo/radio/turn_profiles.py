@@ -1,4 +1,4 @@
-"""What robots hear of each other in one iteration: links of all pairs, profiles of chosen ones."""
+"""Profiles of chosen links from the packets that arrive while receivers turn (paper Sec. 4)."""
 
 import functools
 import itertools
@@ -9,80 +9,15 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo.errors import require
-from wifipgo.radio import aoa
-from wifipgo.radio.aoa import AoaConfig
-from wifipgo.radio.channel import csi, rates
+from wifipgo.radio.aoa.estimators import AoaConfig, pair_profiles, turn_headings
+from wifipgo.radio.aoa.steering import azimuth_grid, turn_steering
+from wifipgo.radio.channel import csi
 from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.impairments import ImpairmentConfig, Standing, true_headings
-from wifipgo.radio.propagation.diffuse_scattering import with_diffuse
-from wifipgo.radio.propagation.paths import Paths, Surfaces, trace_paths
+from wifipgo.radio.links import Links
+from wifipgo.radio.propagation.paths import Paths
 
 Antennas = tuple[Sequence[float], ...]
-
-
-class Links(NamedTuple):
-    """State of the links between all pairs; the channel is reciprocal, so both tables are symmetric.
-
-    Attributes:
-        esnr_db: Effective SNR for 64-QAM, which saturates last; -30 on the diagonal.
-        rate_mbit_s: rho_ij of paper Eq. 1; 0 where not even a ping passes, and on the diagonal.
-        paths: Propagation paths, one row per pair, from its lower to its higher robot.
-        row: Row of each pair in ``paths``.
-    """
-
-    esnr_db: Float[np.ndarray, "robots robots"]
-    rate_mbit_s: Float[np.ndarray, "robots robots"]
-    paths: Paths
-    row: Int[np.ndarray, "robots robots"]
-
-
-@np.errstate(under="ignore")
-def probe_links(
-    p_m: Float[np.ndarray, "robots 2"],
-    surfaces: Surfaces,
-    cfg: RadioConfig,
-    standing: Standing | None = None,
-) -> Links:
-    """Trace the paths of every pair and find which rate each link carries.
-
-    A pair without any path has rate 0, which is what "no link" is.
-
-    Args:
-        p_m: Robots in the world.
-        surfaces: The scene.
-        cfg: Transmitters and receivers.
-        standing: What the episode keeps; only its diffuse cluster matters here.
-    """
-    n = len(p_m)
-    low, high, row = _pairs(n)
-    paths = trace_paths(
-        p_m[low],
-        p_m[high],
-        surfaces,
-        carrier_hz=cfg.carrier_hz,
-        max_order=cfg.max_order,
-        penetration=cfg.penetration,
-    )
-    if standing is not None and standing.diffuse is not None:
-        paths = with_diffuse(paths, p_m[low], p_m[high], standing.diffuse, carrier_hz=cfg.carrier_hz)
-    channel = csi.centre_channel(paths, bandwidth_hz=cfg.bandwidth_hz)
-    power = channel.real**2 + channel.imag**2
-    carried, shown_db = rates.carried(np.float32(cfg.snr_scale) * power, bandwidth_hz=cfg.bandwidth_hz)
-    rate, esnr = carried.take(row), shown_db.take(row)
-    itself = slice(None, None, n + 1)
-    rate.flat[itself], esnr.flat[itself] = 0.0, -30.0
-    return Links(esnr, rate, paths, row)
-
-
-@functools.lru_cache(maxsize=8)
-def _pairs(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lower and higher robot of every pair, and the table that finds a pair's row."""
-    low, high = np.triu_indices(n, 1)
-    row = np.zeros((n, n), dtype=np.int64)
-    row[low, high] = row[high, low] = np.arange(len(low))
-    for array in (low, high, row):
-        array.setflags(write=False)
-    return low, high, row
 
 
 def _towards(links: Links, receiver: np.ndarray, sender: np.ndarray) -> Paths:
@@ -107,14 +42,14 @@ def _schedule(turn: AoaConfig, antennas_m: Antennas, wavelength_m: float) -> _Sc
     half_m = 0.5 * turn.antenna_gap_m
     places_m = np.array(antennas_m or ((half_m, 0.0), (-half_m, 0.0)))
     require(len(places_m) > 1, "RadioConfig.antennas_m", "2 or 3 positions for a turn", antennas_m)
-    relative, grid = aoa.turn_headings(turn), aoa.azimuth_grid(turn.n_azimuths)
+    relative, grid = turn_headings(turn), azimuth_grid(turn.n_azimuths)
     pairs = tuple(itertools.combinations(range(len(places_m)), 2))
     steering = []
     for ahead, behind in pairs:
         axis_m = places_m[ahead] - places_m[behind]
         axis_rad, gap_m = np.arctan2(axis_m[1], axis_m[0]), float(np.hypot(*axis_m))
         steering.append(
-            aoa.turn_steering(relative + axis_rad, grid, antenna_gap_m=gap_m, wavelength_m=wavelength_m)
+            turn_steering(relative + axis_rad, grid, antenna_gap_m=gap_m, wavelength_m=wavelength_m)
         )
     for array in (relative, *steering):
         array.setflags(write=False)
@@ -148,7 +83,7 @@ def _profiles(
     total = functools.reduce(
         np.add,
         (
-            aoa.pair_profiles(received[:, ahead : behind + 1 : behind - ahead], steering, turn)
+            pair_profiles(received[:, ahead : behind + 1 : behind - ahead], steering, turn)
             for (ahead, behind), steering in zip(schedule.pairs, schedule.steering, strict=True)
         ),
     )

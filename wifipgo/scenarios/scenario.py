@@ -1,24 +1,20 @@
-"""The paper's experiments as values, how to change them, and scenarios of one's own from files."""
+"""A scenario: one experiment as a value, checked, and how to change it."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
-from os import PathLike, fspath
-from pathlib import Path
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from types import MappingProxyType
 from typing import Any, get_type_hints
 
-import numpy as np
-
 from wifipgo.coerce import fitted
-from wifipgo.errors import BadInputError, UnknownNameError, pick, require, require_within
-from wifipgo.radio.aoa import AoaConfig
+from wifipgo.errors import pick, require, require_within
+from wifipgo.graph.config import GraphConfig
+from wifipgo.radio.aoa.estimators import AoaConfig
 from wifipgo.radio.channel.bands import band_of
 from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.impairments import ImpairmentConfig
 from wifipgo.radio.channel.rates import LinkConfig
 from wifipgo.radio.propagation.materials import MATERIALS
 from wifipgo.rendezvous import RendezvousConfig
-from wifipgo.scenarios.toml_files import BASE, SUFFIX, flattened, read_toml, toml_text
 from wifipgo.world.layout import ArenaConfig
 from wifipgo.world.sensing import SensingConfig
 
@@ -57,6 +53,7 @@ class Scenario:
     turn: AoaConfig = field(default_factory=AoaConfig)
     link: LinkConfig = field(default_factory=LinkConfig)
     rendezvous: RendezvousConfig = field(default_factory=RendezvousConfig)
+    graph: GraphConfig = field(default_factory=GraphConfig)
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything together."""
@@ -145,149 +142,3 @@ _KINDS: Mapping[str, Any] = MappingProxyType(
         if f.name not in _PARTS
     }
 )
-
-
-PAPER_HW_2 = Scenario(
-    name="paper-hw-2",
-    source=(
-        "Paper Sec. 7.2: 2 robots, 50 iterations, 0.2 m and 5 deg, antennas 22 cm apart. Sec. 7.1.2 for the "
-        "threshold of 10, step of 2 and sensor range of 2.2. Ours: room of 20 x 20, transmit power, q, kappa."
-    ),
-    sensing=SensingConfig(sigma_t_m=0.2, sigma_r_rad=float(np.deg2rad(5.0))),
-    radio=RadioConfig(tx_power_dbm=-12.0),
-)
-PAPER_HW_2_OBSTACLES = replace(
-    PAPER_HW_2,
-    name="paper-hw-2-obstacles",
-    source=PAPER_HW_2.source + " Four obstacles as in Sec. 7.2.2; their size, place and material are ours.",
-    arena=ArenaConfig(n_obstacles=4),
-)
-_DARK = " Low light as in Fig. 9: cameras see nothing."
-PAPER_HW_2_DARK = replace(
-    PAPER_HW_2, name="paper-hw-2-dark", source=PAPER_HW_2.source + _DARK, visual_range_m=0.0
-)
-PAPER_HW_2_OBSTACLES_DARK = replace(
-    PAPER_HW_2_OBSTACLES,
-    name="paper-hw-2-obstacles-dark",
-    source=PAPER_HW_2_OBSTACLES.source + _DARK,
-    visual_range_m=0.0,
-)
-PAPER_HW_2_HETERO = replace(
-    PAPER_HW_2,
-    name="paper-hw-2-hetero",
-    source=PAPER_HW_2.source + " Heterogeneous noise as in the caption of Fig. 7; the factors are ours.",
-    sensing=replace(PAPER_HW_2.sensing, noise_scale=(1.0 / 3.0, 3.0)),
-)
-PAPER_SIM_2 = replace(
-    PAPER_HW_2,
-    name="paper-sim-2",
-    source="The noise of Sec. 7.1.2 (0.1 m, 3 deg) with two robots. Ours: as in paper-hw-2.",
-    sensing=SensingConfig(),
-)
-PAPER_SIM_50 = Scenario(
-    name="paper-sim-50",
-    source=(
-        "Paper Sec. 7.1.2: 50 robots, 50 iterations, 0.1 m and 3 deg, threshold 10, step 2, sensor range "
-        "2.2. Ours: room of 60 x 60, transmit power, q, kappa, 3 slots, 32 packets a turn."
-    ),
-    n_robots=50,
-    n_slots=3,
-    arena=ArenaConfig(size_m=60.0),
-    radio=RadioConfig(tx_power_dbm=-4.0),
-    turn=AoaConfig(n_positions=32),
-)
-PAPER_OUTLIERS = replace(
-    PAPER_HW_2,
-    name="paper-outliers",
-    source=(
-        "Paper Sec. 7.3: outliers of 2 to 3 sigma, until 9 relative poses, AOA gate of 7.2 deg. Ours: one in "
-        "three is an outlier; the rest as in paper-hw-2."
-    ),
-    max_measurements=9,
-    sensing=replace(PAPER_HW_2.sensing, outlier_share=1.0 / 3.0),
-    rendezvous=RendezvousConfig(outliers="paper"),
-)
-
-SCENARIOS: Mapping[str, Scenario] = MappingProxyType(
-    {
-        scenario.name: scenario
-        for scenario in (
-            PAPER_HW_2,
-            PAPER_HW_2_OBSTACLES,
-            PAPER_HW_2_DARK,
-            PAPER_HW_2_OBSTACLES_DARK,
-            PAPER_HW_2_HETERO,
-            PAPER_SIM_2,
-            PAPER_SIM_50,
-            PAPER_OUTLIERS,
-        )
-    }
-)
-
-
-def scenario_named(name: str | PathLike[str], /, **overrides: Any) -> Scenario:
-    """Look a scenario up, or read it if ``name`` ends in ``.toml``, and change what is asked for.
-
-    Raises:
-        ValueError: Unknown scenario or field, or a value that is refused; the message lists what exists
-            and names the file.
-        OSError: A file that cannot be read.
-    """
-    rule = f"a name, a file that ends in {SUFFIX}, or a Scenario"
-    require(isinstance(name, str | PathLike), "scenario", rule, name)
-    return _found(fspath(name), Path(), ()).with_overrides(**overrides)
-
-
-def _found(name: str, folder: Path, above: tuple[Path, ...]) -> Scenario:
-    """Scenario of a name, or of a file in ``folder`` that the files ``above`` it led to."""
-    if not name.endswith(SUFFIX):
-        return pick({f"your own FILE{SUFFIX}": _PLAIN, **SCENARIOS}, name, "scenario")
-    path = folder / name
-    require(path.resolve() not in above, f"{BASE} in {above[-1] if above else path}", "no circle", name)
-    return scenario_from(read_toml(path), str(path), above=above)
-
-
-def scenario_from(values: Mapping[str, Any], where: str, *, above: tuple[Path, ...] = ()) -> Scenario:
-    """Build a scenario from keys and tables, as a file holds them.
-
-    ``base`` names the scenario that the others change, by name or as a file beside this one; without it
-    they change the fields' own defaults. Unless given, the name is that of the file, and the
-    source says what was changed.
-
-    Args:
-        values: Keys, flat or in the tables of their parts.
-        where: File, for messages and the name.
-        above: Files whose base this one is.
-
-    Raises:
-        ValueError: A key that does not exist, or a value that is refused; the message names the file.
-    """
-    flat, path = flattened(values, field_owners(), where), Path(where)
-    try:
-        base = _PLAIN
-        if BASE in values:
-            base = _found(fitted(values[BASE], str, BASE), path.parent, (*above, path.resolve()))
-        source = f"{base.source} Ours, from {path.name}: {', '.join(flat) or 'nothing else'}."
-        return base.with_overrides(**{"name": path.stem, "source": source} | flat)
-    except ValueError as problem:
-        raise BadInputError(f"{where}: {problem}") from problem
-
-
-def scenario_toml(scenario: Scenario) -> str:
-    """Every value of a scenario as TOML: reading it gives an equal one, whatever the defaults are by then."""
-    return toml_text(asdict(scenario))
-
-
-_PLAIN = Scenario(name="plain", source="Ours unless the table of fields says otherwise: the defaults.")
-
-__all__ = [
-    "SCENARIOS",
-    "Scenario",
-    "UnknownNameError",
-    "field_kinds",
-    "field_owners",
-    "part_types",
-    "scenario_from",
-    "scenario_named",
-    "scenario_toml",
-]

@@ -2,8 +2,8 @@
 
 The room is cut into ``N_BINS`` by ``N_BINS`` squares in the robot's own estimate of the world.
 Each holds the greatest probability, over the poses from which it was in range, that the pose put
-it within `TOLERANCE_M` of the truth; 0 where it was not seen. Robots know neither obstacles nor
-the truth, so a square behind an obstacle counts as seen here.
+it within `wifipgo.world.coverage.TOLERANCE_M` of the truth; 0 where it was not seen. Robots know
+neither obstacles nor the truth, so a square behind an obstacle counts as seen here.
 """
 
 from typing import NamedTuple
@@ -11,9 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from wifipgo.graph.covariance import looseness_m2
 from wifipgo.se2 import length
-from wifipgo.world.coverage import TOLERANCE_M, inside, window
+from wifipgo.world.coverage import inside, window
 
 N_BINS = 16
 # Bytes of a survey as sent: one for each square.
@@ -41,18 +40,6 @@ def no_survey(n_robots: int) -> Survey:
     """Nothing was seen yet."""
     nothing = np.zeros((n_robots, N_BINS, N_BINS), dtype=np.float32)
     return Survey(nothing, nothing)
-
-
-def probability_in_place(
-    covariance: Float[np.ndarray, "... 3 3"], *, reach_m: float
-) -> Float[np.ndarray, "..."]:
-    """Probability that what is seen from a pose is put within `TOLERANCE_M` of where it is.
-
-    Rayleigh's law, by the mean square error of places at two thirds of the range, the mean distance
-    of what is in it; the two directions of an error are taken to be alike.
-    """
-    spread_m2 = looseness_m2(covariance, reach_m=2.0 / 3.0 * reach_m)
-    return 1.0 - np.exp(-(TOLERANCE_M**2) / np.maximum(spread_m2, 1e-12))
 
 
 def surveyed(

@@ -18,8 +18,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo import se2
-from wifipgo.state import Tick
-from wifipgo.world.coverage import TOLERANCE_M, Sightings, middles
+from wifipgo.world.coverage import TOLERANCE_M, CellMap, Sightings, middles
+
+Poses = Float[np.ndarray, "robots times 3"]
 
 
 class Mapped(NamedTuple):
@@ -36,24 +37,39 @@ class Mapped(NamedTuple):
     share: float
 
 
-def first_map(tick: Tick) -> Mapped:
-    """Map of all that was seen so far."""
-    n = tick.truth.cells.seen.size
-    seen = _seen_from(tick.truth.cells.sightings, np.ones(tick.belief.estimate.shape[:2], dtype=bool))
-    return _shared(_summed(_offsets(tick, seen), seen, n), np.bincount(seen.cell, minlength=n), tick)
+def first_map(cells: CellMap, reference: Poses, estimate: Poses) -> Mapped:
+    """Map of all that was seen so far.
+
+    Args:
+        cells: Who saw what when.
+        reference: True poses.
+        estimate: The same as they are believed to be.
+    """
+    n = cells.seen.size
+    seen = _seen_from(cells.sightings, np.ones(estimate.shape[:2], dtype=bool))
+    off_m = _summed(_offsets(cells, reference, estimate, seen), seen, n)
+    return _shared(off_m, np.bincount(seen.cell, minlength=n), cells)
 
 
-def updated_map(mapped: Mapped, before: Tick, after: Tick) -> Mapped:
-    """Map after an iteration: cells newly seen, and those seen from poses that moved in the estimate."""
-    old, new, n = before.belief.estimate, after.belief.estimate, len(mapped.off_m)
-    (robot, cell), time = after.truth.cells.sightings[-1], old.shape[1]
+def updated_map(mapped: Mapped, cells: CellMap, reference: Poses, before: Poses, after: Poses) -> Mapped:
+    """Map after an iteration: cells newly seen, and those seen from poses that moved in the estimate.
+
+    Args:
+        mapped: The map before it.
+        cells: Who saw what when, the iteration included.
+        reference: True poses, the newest included.
+        before: The estimate before the iteration.
+        after: And after it, one pose longer.
+    """
+    (robot, cell), time, n = cells.sightings[-1], before.shape[1], len(mapped.off_m)
     fresh = _Seen(robot, np.full(len(robot), time), cell)
-    off_m = mapped.off_m + _summed(_offsets(after, fresh), fresh, n)
-    changed = old != new[:, :time]
+    off_m = mapped.off_m + _summed(_offsets(cells, reference, after, fresh), fresh, n)
+    changed = before != after[:, :time]
     if changed.any():
-        again = _seen_from(after.truth.cells.sightings, changed[..., 0] | changed[..., 1] | changed[..., 2])
-        off_m += _summed(_offsets(after, again) - _offsets(before, again), again, n)
-    return _shared(off_m, mapped.n_sightings + np.bincount(cell, minlength=n), after)
+        again = _seen_from(cells.sightings, changed[..., 0] | changed[..., 1] | changed[..., 2])
+        was, is_ = (_offsets(cells, reference, poses, again) for poses in (before, after))
+        off_m += _summed(is_ - was, again, n)
+    return _shared(off_m, mapped.n_sightings + np.bincount(cell, minlength=n), cells)
 
 
 class _Seen(NamedTuple):
@@ -83,16 +99,18 @@ def _summed(each_m: Float[np.ndarray, "n 2"], seen: _Seen, n_cells: int) -> Floa
     return sums
 
 
-def _offsets(tick: Tick, seen: _Seen) -> Float[np.ndarray, "n 2"]:
+def _offsets(cells: CellMap, reference: Poses, estimate: Poses, seen: _Seen) -> Float[np.ndarray, "n 2"]:
     """How far each sighting puts its cell off: the estimate's motion of the true pose, at the cell."""
-    middle_m = middles(len(tick.truth.cells.seen))[seen.cell]
-    true, believed = (poses[seen.robot, seen.time] for poses in (tick.truth.poses, tick.belief.estimate))
+    middle_m = middles(len(cells.seen))[seen.cell]
+    true, believed = (poses[seen.robot, seen.time] for poses in (reference, estimate))
     d_m = se2.rotate(believed[:, 2] - true[:, 2], middle_m - true[:, :2])
     return believed[:, :2] + d_m - middle_m
 
 
-def _shared(off_m: Float[np.ndarray, "squares 2"], count: Int[np.ndarray, " squares"], tick: Tick) -> Mapped:
+def _shared(
+    off_m: Float[np.ndarray, "squares 2"], count: Int[np.ndarray, " squares"], cells: CellMap
+) -> Mapped:
     """The map with the share of the free cells that are mapped."""
     close = off_m[:, 0] ** 2 + off_m[:, 1] ** 2 <= (TOLERANCE_M * count) ** 2
-    share = np.count_nonzero(close & (count > 0)) / np.count_nonzero(tick.truth.cells.free)
+    share = np.count_nonzero(close & (count > 0)) / np.count_nonzero(cells.free)
     return Mapped(off_m, count, share)

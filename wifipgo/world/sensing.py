@@ -227,7 +227,7 @@ def indices(
     return out
 
 
-def observe_own_places(
+def measure_loop_closures(
     history: Float[np.ndarray, "robots times 3"],
     faces_m: Float[np.ndarray, "faces 2 2"],
     *,

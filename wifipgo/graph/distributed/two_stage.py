@@ -19,7 +19,7 @@ from wifipgo.graph.distributed.rounds import DistributedConfig, Stage, run_stage
 from wifipgo.graph.distributed.team import make_robots
 from wifipgo.graph.posegraph import PoseGraph, normalised
 from wifipgo.threads import one_thread
-from wifipgo.underflow import harmless_underflow
+from wifipgo.arithmetic import harmless_underflow
 
 
 class DistributedReport(NamedTuple):

@@ -17,7 +17,7 @@ from wifipgo import se3
 from wifipgo.graph.cliques import largest_clique
 from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.residuals import PLANAR
-from wifipgo.underflow import harmless_underflow
+from wifipgo.arithmetic import harmless_underflow
 
 CONFIDENCE = 0.99  # share of pairs of good measurements that pass
 _BLOCK = 64  # measurements compared with all others at once: bounds the memory

@@ -7,7 +7,7 @@ import gtsam
 import numpy as np
 from jaxtyping import Float, Int
 
-from wifipgo.graph.growth import in_world_axes
+from wifipgo.graph.covariance import in_world_axes
 from wifipgo.graph.solvers._elimination import marginals, parameters, searched, truncated
 from wifipgo.graph.solvers._gauss_newton import descend
 

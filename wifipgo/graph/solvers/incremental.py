@@ -13,8 +13,8 @@ from jaxtyping import Float, Int
 
 from wifipgo.graph.anchor_bearings import NO_PINGS, Pings
 from wifipgo.graph.bearings import Bearings, select_bearings
+from wifipgo.graph.covariance import in_world_axes
 from wifipgo.graph.edges import Edges, select
-from wifipgo.graph.growth import in_world_axes
 from wifipgo.graph.solvers._factors import Models, add, add_bearings, between_factors, keys, told_factors
 from wifipgo.graph.solvers._losses import geman_mcclure
 from wifipgo.graph.solvers._problem import ANCHOR_SIGMA, TOLD_SIGMA, odometry

@@ -13,7 +13,7 @@ from wifipgo.graph.solvers._elimination import named
 from wifipgo.graph.solvers._gauss_newton import SingularError
 from wifipgo.graph.solvers._gtsam_search import as_values, covariances_of
 from wifipgo.graph.solvers._problem import KNOWN_START, TOLD_SIGMA, Problem, build, name_of, posed
-from wifipgo.underflow import harmless_underflow
+from wifipgo.arithmetic import harmless_underflow
 
 
 @harmless_underflow

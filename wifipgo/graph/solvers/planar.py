@@ -30,7 +30,7 @@ from wifipgo.graph.solvers.keyed_problem import chordal_start
 from wifipgo.graph.solvers.marginals import last_rows
 from wifipgo.graph.solvers.report import Report, WeighedDown
 from wifipgo.threads import one_thread
-from wifipgo.underflow import harmless_underflow
+from wifipgo.arithmetic import harmless_underflow
 
 INITIAL: Mapping[str, str] = MappingProxyType(
     {

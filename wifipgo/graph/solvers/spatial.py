@@ -32,7 +32,7 @@ from wifipgo.graph.solvers._elimination import (
 from wifipgo.graph.solvers._keyed_factors import HUBER_KNEE, ORDER, factors_of, name_of, rows_of, values_of
 from wifipgo.graph.solvers.report import Report, WeighedDown
 from wifipgo.threads import one_thread
-from wifipgo.underflow import harmless_underflow
+from wifipgo.arithmetic import harmless_underflow
 
 METHODS: Mapping[str, str] = MappingProxyType({"lm": "Levenberg-Marquardt", "gn": "Gauss-Newton"})
 INITIAL: Mapping[str, str] = MappingProxyType(

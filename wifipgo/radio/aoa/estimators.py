@@ -18,43 +18,8 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from wifipgo.errors import pick, require, require_within
-from wifipgo.radio.aoa.bartlett import bartlett_profiles, eq5_profiles, profiles
+from wifipgo.radio.aoa.bartlett import bartlett_profiles, eq5_profiles
 from wifipgo.radio.aoa.music import music_profiles
-from wifipgo.radio.aoa.peaks import Directions, Peaks, closest_peak, find_directions, find_peaks
-from wifipgo.radio.aoa.steering import (
-    Aperture,
-    azimuth_grid,
-    displacement_steering,
-    moving_antenna,
-    turn_steering,
-    turning_pair,
-)
-
-__all__ = [
-    "ESTIMATORS",
-    "AoaConfig",
-    "Aperture",
-    "Directions",
-    "Peaks",
-    "azimuth_grid",
-    "bartlett_profiles",
-    "closest_peak",
-    "displacement_steering",
-    "eq5_profiles",
-    "find_directions",
-    "find_peaks",
-    "moving_antenna",
-    "music_profiles",
-    "pair_profiles",
-    "pair_snapshots",
-    "product_signal",
-    "profiles",
-    "ratio_signal",
-    "turn_headings",
-    "turn_steering",
-    "turning_pair",
-]
-
 
 # Beyond these, phases lose their digits or arrays their sense; no robot comes near.
 GAP_LIMITS_M = (1e-4, 10.0)

@@ -35,7 +35,8 @@ class ImpairmentConfig:
             the receiver believes, white.
         heading_bias_rad: True heading minus believed one, constant.
         diffuse_ratio: Power of the diffuse cluster over that of the traced paths; 0 for none.
-        diffuse_spread_rad: Standard deviation of its taper over angle, see `wifipgo.radio.propagation.diffuse_scattering`.
+        diffuse_spread_rad: Standard deviation of its taper over angle, see
+            `wifipgo.radio.propagation.diffuse_scattering`.
     """
 
     noise_floor: bool = True

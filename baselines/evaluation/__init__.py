@@ -1,0 +1,1 @@
+"""Episodes played, counted and compared: plans, executors, results, statistics, pictures."""

@@ -1,0 +1,1 @@
+"""Episodes as films and as logs of a timeline."""

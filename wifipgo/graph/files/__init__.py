@@ -1,0 +1,1 @@
+"""Pose graphs and trajectories as files: g2o, TUM, KITTI."""

@@ -1,0 +1,70 @@
+"""Robots drive, and believe what odometry says about it."""
+
+import numpy as np
+from jaxtyping import Float
+
+from wifipgo import se2
+from wifipgo.graph.covariance import dead_reckoned
+from wifipgo.graph.edges import Edges
+from wifipgo.loop.scene import scene_of
+from wifipgo.scenarios.scenario import Scenario
+from wifipgo.state import Paths, Truth, World
+from wifipgo.world.coverage import reveal
+from wifipgo.world.sensing import indices, odometry
+
+_NEXT = np.array([0, 1])  # from (robot, index) to the next pose
+
+
+def drive(
+    truth: Truth,
+    waypoints: Float[np.ndarray, "robots 2"],
+    *,
+    world: World,
+    scenario: Scenario,
+    rng: np.random.Generator,
+) -> tuple[Truth, Float[np.ndarray, "robots 3"]]:
+    """Drive every robot to its waypoint, or as far as it gets.
+
+    Returns:
+        Truth after the drive, and what odometry says that the motion was.
+    """
+    before = truth.poses[:, -1]
+    driven = world.arena.drive(before, waypoints)
+    motion = odometry(before, driven.poses, cfg=scenario.sensing, rng=rng)
+    p_m = driven.poses[:, :2]
+    after = Truth(
+        poses=np.concatenate([truth.poses, driven.poses[:, None]], axis=1),
+        bumps=truth.bumps + driven.bumped,
+        distance_m=truth.distance_m + se2.length(p_m - before[:, :2]),
+        cells=reveal(
+            truth.cells, p_m, scene_of(world, truth).faces_m, range_m=scenario.sensing.sensor_range_m
+        ),
+    )
+    return after, motion
+
+
+def dead_reckon(
+    paths: Paths, motion: Float[np.ndarray, "robots 3"], scenario: Scenario
+) -> tuple[Paths, Edges]:
+    """Append the pose that odometry suggests, and propagate its covariance.
+
+    Returns:
+        The longer paths, and the odometry as measurements, which are in no log yet.
+    """
+    n = len(motion)
+    tail, sigma = indices(np.arange(n), paths.t), scenario.sensing.stated_sigmas(n)
+    before = paths.estimate[:, -1]
+    now = se2.compose(before, motion)
+    both = np.concatenate([paths.covariance[None], paths.predicted_covariance[None, :, -1]])
+    covariance, predicted = dead_reckoned(both, before, now, sigma)
+    longer = Paths(
+        estimate=_appended(paths.estimate, now),
+        covariance=covariance,
+        covariance_history=_appended(paths.covariance_history, covariance),
+        predicted_covariance=_appended(paths.predicted_covariance, predicted),
+    )
+    return longer, Edges.measured(tail=tail, head=tail + _NEXT, z=motion, sigma=sigma)
+
+
+def _appended(history: Float[np.ndarray, "robots times *item"], now: np.ndarray) -> np.ndarray:
+    return np.concatenate([history, now[:, None]], axis=1)

@@ -1,0 +1,100 @@
+"""The first tick: a world laid out, and robots that know their starts and nothing else."""
+
+import numpy as np
+from jaxtyping import Float
+
+from wifipgo.arithmetic import plain_arithmetic
+from wifipgo.graph.anchor_bearings import NO_PINGS
+from wifipgo.graph.bearings import Bearings
+from wifipgo.graph.edges import Edges
+from wifipgo.graph.per_robot_smoothing import Memory
+from wifipgo.loop.iteration import observe
+from wifipgo.loop.scene import first_scene
+from wifipgo.loop.uncertainty import first_survey
+from wifipgo.radio.channel.impairments import draw_standing
+from wifipgo.rendezvous import NOBODY, no_calls
+from wifipgo.scenarios.scenario import Scenario
+from wifipgo.state import Belief, MeasurementLog, Paths, RadioBelief, Sensed, Team, Tick, Truth, World
+from wifipgo.streams import Streams
+from wifipgo.threads import one_thread
+from wifipgo.world.arena import Arena
+from wifipgo.world.coverage import empty_map, reveal
+from wifipgo.world.layout import Layout
+from wifipgo.world.lidar import N_LIDAR_RAYS
+from wifipgo.world.placing import random_layout
+
+
+@one_thread
+@plain_arithmetic
+def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
+    """Lay out a world and let every robot sense once from its start, which it knows."""
+    layout = random_layout(scenario.n_robots, scenario.arena, rng=streams.layout)
+    world = _world(layout, scenario, streams)
+    truth = _first_truth(layout, world, scenario)
+    belief = _first_belief(layout.starts, scenario)
+    return world, observe(truth, belief, Edges.empty(), world=world, scenario=scenario, streams=streams)
+
+
+def _world(layout: Layout, scenario: Scenario, streams: Streams) -> World:
+    """What stands still, and the engines."""
+    standing = draw_standing(
+        scenario.impairments,
+        n_robots=scenario.n_robots,
+        n_antennas=len(scenario.radio.antennas_m) or 2,
+        size_m=scenario.arena.size_m,
+        rng=streams.standing,
+    )
+    arena = Arena(layout, scenario.arena, turn_rad=scenario.turn.turn_rad)
+    memory = Memory(scenario.graph) if scenario.graph.estimator == "every_step" else None
+    return World(layout, first_scene(layout, scenario), arena, standing, memory)
+
+
+def _first_truth(layout: Layout, world: World, scenario: Scenario) -> Truth:
+    """Robots at their starts, and what they see from there."""
+    n, size_m = scenario.n_robots, scenario.arena.size_m
+    cells = reveal(
+        empty_map(layout, size_m),
+        layout.starts[:, :2],
+        world.scene.faces_m,
+        range_m=scenario.sensing.sensor_range_m,
+    )
+    return Truth(
+        poses=layout.starts[:, None], bumps=np.zeros(n, dtype=int), distance_m=np.zeros(n), cells=cells
+    )
+
+
+def _first_belief(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> Belief:
+    """Every robot knows its start and nothing else."""
+    n = scenario.n_robots
+    certain = np.zeros((n, 1, 3, 3))
+    return Belief(
+        paths=Paths(starts[:, None], certain[:, 0], certain, certain),
+        log=MeasurementLog(Edges.empty(), Bearings.empty(scenario.turn.n_peaks), NO_PINGS),
+        radio=_silence(scenario),
+        sensed=Sensed(np.zeros((n, N_LIDAR_RAYS)), np.zeros((n, 2))),
+        team=_strangers(scenario),
+        coverage=first_survey(starts, scenario),
+        err=np.zeros(n),
+    )
+
+
+def _silence(scenario: Scenario) -> RadioBelief:
+    """Nothing was heard."""
+    n, slots = scenario.n_robots, scenario.n_slots
+    nothing = np.zeros((n, n))
+    profile = np.zeros((n, slots, scenario.turn.n_azimuths), dtype=np.float32)
+    return RadioBelief(nothing, nothing, nothing, np.full((n, slots), NOBODY), profile)
+
+
+def _strangers(scenario: Scenario) -> Team:
+    """Nobody calls, met or told anybody."""
+    n = scenario.n_robots
+    never = np.zeros((n, n), dtype=int)
+    return Team(
+        calls=no_calls(n, scenario.link),
+        observed=never,
+        held=never,
+        last_met=np.zeros(n, dtype=int),
+        met=(),
+        bytes_sent=0,
+    )

@@ -1,0 +1,112 @@
+"""What robots measure in an iteration, and what they tell each other about it at once."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from wifipgo.graph.anchor_bearings import extended_pings
+from wifipgo.graph.bearings import extended_bearings
+from wifipgo.graph.edges import Edges, extended
+from wifipgo.loop.aoa_measurements import Heard, bearings_of, pings_of, weights_of
+from wifipgo.loop.exchange import BYTES_PER_PING, BYTES_PER_POSE
+from wifipgo.scenarios.scenario import Scenario
+from wifipgo.state import Belief, MeasurementLog, Paths, Scene, Sensed, Truth
+from wifipgo.streams import Streams
+from wifipgo.world.lidar import scan
+from wifipgo.world.sensing import RelativePoses, measure_loop_closures, observe_robots, sight_robots
+
+
+def sense(truth: Truth, scene: Scene, scenario: Scenario, *, rng: np.random.Generator) -> Sensed:
+    """Lidar and camera."""
+    arena, poses = scenario.arena, truth.poses[:, -1]
+    return Sensed(
+        lidar_m=scan(poses, scene.edges_m, robot_radius_m=arena.robot_radius_m, range_m=arena.lidar_range_m),
+        sighted=sight_robots(poses, scene.faces_m, range_m=scenario.visual_range_m, rng=rng),
+    )
+
+
+class Measured(NamedTuple):
+    """Relative poses of one iteration, of other robots and of own places."""
+
+    others: RelativePoses
+    places: RelativePoses
+
+
+def measure_relative_poses(
+    truth: Truth,
+    seen: Bool[np.ndarray, "robots robots"],
+    scene: Scene,
+    scenario: Scenario,
+    streams: Streams,
+) -> Measured:
+    """Relative poses of robots in view, and intra-robot loop closures (Eq. 2)."""
+    cfg = scenario.sensing
+    others = observe_robots(
+        truth.poses[:, -1],
+        truth.poses.shape[1] - 1,
+        seen,
+        cfg=cfg,
+        rng=streams.sensing,
+        outlier_rng=streams.outliers,
+    )
+    return Measured(others, measure_loop_closures(truth.poses, scene.faces_m, cfg=cfg, rng=streams.sensing))
+
+
+def log_measurements(
+    belief: Belief, odometry: Edges, measured: Measured, heard: Heard, scenario: Scenario
+) -> tuple[MeasurementLog, int]:
+    """Append an iteration's measurements, those of robots weighted if the scenario asks for it.
+
+    Returns:
+        The longer log, and the bytes that packets of a turn took.
+    """
+    log, (others, places) = belief.log, measured
+    found = [odometry]
+    if len(others.z):
+        found.append(_between_robots(others, belief.paths, weights_of(others, heard, scenario)))
+    if len(places.z):
+        found.append(Edges.measured(tail=places.tail, head=places.head, z=places.z, sigma=places.sigma))
+    directions, pings = bearings_of(others, heard, scenario), pings_of(heard, belief.paths, scenario)
+    longer = MeasurementLog(
+        edges=extended(log.edges, *found),
+        bearings=extended_bearings(log.bearings, directions) if len(directions) else log.bearings,
+        pings=extended_pings(log.pings, pings),
+    )
+    return longer, BYTES_PER_PING * len(pings.observer) * scenario.turn.n_positions
+
+
+def _between_robots(others: RelativePoses, paths: Paths, weight: Float[np.ndarray, " edges"]) -> Edges:
+    """Measurements of other robots, with where these report that they are."""
+    return Edges.measured(
+        tail=others.tail,
+        head=others.head,
+        z=others.z,
+        sigma=others.sigma,
+        weight=weight,
+        told=paths.estimate[others.head[:, 0], others.head[:, 1]],
+    )
+
+
+def refresh_reported_where_linked(
+    log: MeasurementLog,
+    estimate: Float[np.ndarray, "robots times 3"],
+    linked: Bool[np.ndarray, "robots robots"],
+) -> tuple[MeasurementLog, int]:
+    """Let robots whose link carries the desired rate report where they now think they were.
+
+    Returns:
+        The log, and the bytes that this took: only what changed is sent.
+    """
+    edges = log.edges
+    rows = linked.take(edges.tail[:, 0] * len(linked) + edges.head[:, 0]).nonzero()[0]
+    if not len(rows):
+        return log, 0
+    now = estimate[edges.head[rows, 0], edges.head[rows, 1]]
+    new = (now != edges.told[rows]).any(axis=1)
+    if not new.any():
+        return log, 0
+    told = edges.told.copy()
+    told[rows[new]] = now[new]
+    return log._replace(edges=replace(edges, told=told)), BYTES_PER_POSE * int(new.sum())

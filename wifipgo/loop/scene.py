@@ -1,0 +1,27 @@
+"""What stands where now, as sensors, engine and radio each look at it."""
+
+import numpy as np
+
+from wifipgo.radio.propagation.materials import Slab
+from wifipgo.radio.propagation.paths import surfaces_of
+from wifipgo.scenarios.scenario import Scenario
+from wifipgo.state import Scene, Truth, World
+from wifipgo.world.layout import Layout
+
+
+def first_scene(layout: Layout, scenario: Scenario) -> Scene:
+    """The scene of a layout."""
+    cfg, faces_m = scenario.arena, layout.faces_m
+    surfaces = surfaces_of(
+        layout.walls_m,
+        layout.obstacles_m,
+        carrier_hz=scenario.radio.carrier_hz,
+        wall=Slab(cfg.wall_material, cfg.wall_thickness_m),
+        obstacle=Slab(cfg.obstacle_material, cfg.obstacle_thickness_m),
+    )
+    return Scene(faces_m, np.concatenate([layout.walls_m, faces_m]), surfaces)
+
+
+def scene_of(world: World, truth: Truth) -> Scene:
+    """The scene at a tick: that of the layout, the same object, as nothing but robots moves."""
+    return world.scene

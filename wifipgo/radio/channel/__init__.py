@@ -1,0 +1,1 @@
+"""What a link carries: CSI, noise and faults of receivers, effective SNR and rate."""

@@ -1,0 +1,1 @@
+"""How waves travel: paths by images, materials, obstruction, diffuse scattering."""

@@ -1,0 +1,1 @@
+"""CSI recordings of real radios: Intel 5300 logs, the WSR data set, their bearings."""
