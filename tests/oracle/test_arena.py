@@ -1,5 +1,7 @@
 """Driving and bumping in rooms whose answer is known."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -81,25 +83,41 @@ def test_a_crowd_that_fits_is_placed() -> None:
     assert apart_m[~np.eye(1000, dtype=bool)].min() > 4.0 * ArenaConfig().robot_radius_m
 
 
-def test_one_long_substep_ends_where_many_short_ones_do(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_touches_nothing_ends_where_the_engine_would_take_it(monkeypatch: pytest.MonkeyPatch) -> None:
     rng, cfg, looked = np.random.default_rng(0), ArenaConfig(size_m=12.0, n_obstacles=2), []
-    sees = Arena._is_clear
+    sees = Arena._may_touch
 
-    def noted(self: Arena, *ways: np.ndarray) -> bool:
+    def noted(self: Arena, *ways: np.ndarray) -> np.ndarray:
         looked.append(sees(self, *ways))
         return looked[-1]
 
     for _ in range(300):
-        layout, waypoints = random_layout(3, cfg, rng=rng), rng.uniform(-1.0, 1.0, (3, 2))
+        layout, waypoints = random_layout(5, cfg, rng=rng), rng.uniform(-1.0, 1.0, (5, 2))
         with monkeypatch.context() as patch:
-            patch.setattr(Arena, "_is_clear", noted)
+            patch.setattr(Arena, "_may_touch", noted)
             quick = Arena(layout, cfg, turn_rad=TURN_RAD).drive(layout.starts, waypoints)
-            patch.setattr(Arena, "_is_clear", lambda *_: False)
+            patch.setattr(Arena, "_may_touch", lambda *_: np.ones(5, dtype=bool))
             careful = Arena(layout, cfg, turn_rad=TURN_RAD).drive(layout.starts, waypoints)
         np.testing.assert_allclose(quick.poses, careful.poses, rtol=0.0, atol=1e-9)
         np.testing.assert_array_equal(quick.bumped, careful.bumped)
-        assert not (looked[-1] and careful.bumped.any())
-    assert 30 < sum(looked) < 270  # both ways were tried
+        assert not (careful.bumped & ~looked[-1]).any()
+    n_free = sum(int((~one).sum()) for one in looked)
+    assert 150 < n_free < 1350  # both ways were tried
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_drive_depends_on_its_arguments_alone(seed: int) -> None:
+    """Twelve robots jostle in a small room: contacts of one drive must not be felt in another."""
+    rng, cfg = np.random.default_rng(seed), ArenaConfig(size_m=5.0, n_obstacles=1)
+    layout = random_layout(12, cfg, rng=rng)
+    room, poses = Arena(layout, cfg, turn_rad=TURN_RAD), [layout.starts]
+    waypoints = rng.uniform(-1.0, 1.0, (30, 12, 2))
+    for one in waypoints:
+        poses.append(room.drive(poses[-1], one).poses)
+    travelled = pickle.loads(pickle.dumps(room))
+    for k in rng.permutation(30).tolist():
+        for again in (room, travelled):
+            np.testing.assert_array_equal(again.drive(poses[k], waypoints[k]).poses, poses[k + 1])
 
 
 @pytest.mark.parametrize("n_substeps", [1, 2, 3, 5, 7, 18])

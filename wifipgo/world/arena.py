@@ -1,15 +1,19 @@
 """The only place that knows pymunk: robots that drive and bump.
 
-Bodies never leave this module; positions come and go as arrays through
-``pymunk.batch``, whose rows are in the space's own order and end with the static body.
+The engine is a cache, never the owner of what it moves: every drive starts from the poses that it is
+given, with bodies that touch nothing yet, so a drive depends on its arguments alone. Robots that can
+touch nothing on their way need no engine. Bodies never leave this module; positions come and go as
+arrays through ``pymunk.batch``, whose rows are in the order in which bodies joined the space and end
+with the static body.
 """
 
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 import pymunk
 import pymunk.batch
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from wifipgo import se2
 from wifipgo.world.layout import ArenaConfig, Layout
@@ -20,11 +24,8 @@ _SETTLE_SUBSTEPS = 3
 # An arrival that misses its waypoint by more than this was a bump.
 _MISS_M = 0.02
 _GRIP = 0.4
-_AT_REST = np.zeros(2)
-# Robots further than this from anything that they could touch on their way drive it in one substep.
+# Robots further than this from anything that they could touch on their way drive it straight.
 _CLEAR_M = 0.01
-# Among more robots than this, one is nearly always near another: looking costs more than it saves.
-_FEW = 12
 
 
 class Drive(NamedTuple):
@@ -35,112 +36,53 @@ class Drive(NamedTuple):
 
 
 class Arena:
-    """A pymunk space with walls, obstacles and one disc for each robot."""
+    """Walls, obstacles and robots as pymunk has them; each drive puts those that may touch into a space."""
 
     def __init__(self, layout: Layout, cfg: ArenaConfig, *, turn_rad: float) -> None:
-        """Build the space with the robots at their starts; each drive ends in a turn by ``turn_rad``."""
+        """Make bodies and shapes; each drive ends in a turn by ``turn_rad``."""
+        self._given = (layout, cfg, turn_rad)
         self._cfg, self._turn_rad = cfg, turn_rad
         self._step_m = cfg.steps_m(len(layout.starts))[:, None]
-        self._space = pymunk.Space()
-        self._space.collision_slop = 1e-3
-        # Share of an overlap left after one unit of time; the default leaves robots stuck in walls.
-        self._space.collision_bias = 1e-9
-        self._add_static(layout)
-        outline_m = np.array([(c.min(axis=0), c.max(axis=0)) for c in layout.obstacles_m]).reshape(-1, 2, 2)
-        self._box_low_m, self._box_high_m = outline_m[:, 0], outline_m[:, 1]
         self._room_m = layout.walls_m.min(axis=(0, 1)), layout.walls_m.max(axis=(0, 1))
-        bodies = [self._add_robot(start) for start in layout.starts]
+        outlines_m = [(c.min(axis=0), c.max(axis=0)) for c in layout.obstacles_m]
+        self._boxes_m = np.array(outlines_m).reshape(-1, 2, 2)
+        self._ground = pymunk.Body(body_type=pymunk.Body.STATIC)
+        self._static = [*self._walls(layout), *self._obstacles(layout)]
+        bounds = [shape.cache_bb() for shape in self._static]
+        self._static_m = np.array([((b.left, b.bottom), (b.right, b.top)) for b in bounds])
+        self._discs = [self._disc() for _ in layout.starts]
         self._buffer = pymunk.batch.Buffer()
-        self._rows = self._batch_rows(bodies)
-        self._velocity = np.zeros((len(bodies) + 1, 2))
-        self._out = pymunk.batch.Buffer()  # a view of the velocities, not a copy
-        self._out.set_float_buf(self._velocity)
 
-    def _add_static(self, layout: Layout) -> None:
+    def __reduce__(self) -> tuple[Callable[..., "Arena"], tuple[object, ...]]:
+        """Travel between processes as what it was built from: it holds nothing else that counts."""
+        return _rebuilt, self._given
+
+    def _walls(self, layout: Layout) -> Iterator[pymunk.Shape]:
         """Walls grow outwards and are thick, so that nothing tunnels through them."""
         thick_m = 1.0
-        ground = self._space.static_body
         for start, end in layout.walls_m:
             along = (end - start) / np.linalg.norm(end - start)
             out = thick_m * np.array([along[1], -along[0]])
             a, b = start + out - thick_m * along, end + out + thick_m * along
-            self._space.add(self._static(pymunk.Segment(ground, tuple(a), tuple(b), thick_m)))
+            yield _rough(pymunk.Segment(self._ground, tuple(a), tuple(b), thick_m))
+
+    def _obstacles(self, layout: Layout) -> Iterator[pymunk.Shape]:
+        """Convex parts of the obstacles: pymunk takes the hull of any other."""
         for corners in layout.obstacles_m:
-            for part in convex_parts(corners):  # pymunk takes the hull of any other
-                self._space.add(self._static(pymunk.Poly(ground, part.tolist())))
+            for part in convex_parts(corners):
+                yield _rough(pymunk.Poly(self._ground, part.tolist()))
 
-    @staticmethod
-    def _static(shape: pymunk.Shape) -> pymunk.Shape:
-        shape.friction, shape.elasticity = _GRIP, 0.0
-        return shape
-
-    def _add_robot(self, start: np.ndarray) -> pymunk.Body:
-        """A disc that does not spin: headings are kinematic, positions are physics."""
+    def _disc(self) -> tuple[pymunk.Body, pymunk.Shape]:
+        """A robot that does not spin: headings are kinematic, positions are physics."""
         body = pymunk.Body(mass=1.0, moment=float("inf"))
-        body.position = (float(start[0]), float(start[1]))
-        shape = pymunk.Circle(body, self._cfg.robot_radius_m)
-        shape.friction, shape.elasticity = _GRIP, 0.0
-        self._space.add(body, shape)
-        return body
-
-    def _batch_rows(self, bodies: list[pymunk.Body]) -> np.ndarray:
-        """Row of each robot in a batch call, found by body id: the order is the space's own."""
-        self._buffer.clear()
-        pymunk.batch.get_space_bodies(self._space, pymunk.batch.BodyFields.BODY_ID, self._buffer)
-        ids = np.frombuffer(self._buffer.int_buf(), dtype=np.uintp).tolist()
-        return np.array([ids.index(body.id) for body in bodies])
-
-    def positions(self) -> Float[np.ndarray, "robots 2"]:
-        """True positions of the robots, m."""
-        self._buffer.clear()
-        pymunk.batch.get_space_bodies(self._space, pymunk.batch.BodyFields.POSITION, self._buffer)
-        return np.frombuffer(self._buffer.float_buf(), dtype=np.float64).reshape(-1, 2)[self._rows]
-
-    def _command(self, velocity_m_s: np.ndarray) -> None:
-        """Write velocities; the static body's row stays zero, or walls would drag robots."""
-        self._velocity[self._rows] = velocity_m_s
-        pymunk.batch.set_space_bodies(self._space, pymunk.batch.BodyFields.VELOCITY, self._out)
-
-    def _settle(self) -> None:
-        """Stop, and let the last substep's overlaps be pushed apart."""
-        self._command(_AT_REST)
-        for _ in range(_SETTLE_SUBSTEPS):
-            self._space.step(1.0 / self._cfg.n_substeps)
-
-    def _is_clear(
-        self, start_m: Float[np.ndarray, "robots 2"], target_m: Float[np.ndarray, "robots 2"]
-    ) -> bool:
-        """Whether nobody can touch anything on the straight way: the boxes about the ways are apart."""
-        n, reach_m = len(start_m), self._cfg.robot_radius_m + _CLEAR_M
-        if n > _FEW:
-            return False
-        low_m, high_m = np.minimum(start_m, target_m) - reach_m, np.maximum(start_m, target_m) + reach_m
-        if (low_m < self._room_m[0]).any() or (high_m > self._room_m[1]).any():
-            return False
-        others_low_m = np.concatenate([low_m, self._box_low_m])
-        others_high_m = np.concatenate([high_m, self._box_high_m])
-        meet = (low_m[:, None] <= others_high_m) & (high_m[:, None] >= others_low_m)
-        return int((meet[..., 0] & meet[..., 1]).sum()) == n  # each meets itself
-
-    def _drive_in_substeps(self, target_m: Float[np.ndarray, "robots 2"]) -> None:
-        """Head for the targets, again and again, through whatever is in the way."""
-        rounds = _COMMANDS_PER_DRIVE
-        n_each = -(-self._cfg.n_substeps // rounds)  # as many in each, at least what is asked for
-        for left in range(rounds, 0, -1):
-            gap_m = target_m - self.positions()
-            away_m = se2.length(gap_m)[:, None]
-            self._command(gap_m * np.minimum(rounds / left, self._step_m / np.maximum(away_m, 1e-12)))
-            for _ in range(n_each):
-                self._space.step(1.0 / (rounds * n_each))
-        self._settle()
+        return body, _rough(pymunk.Circle(body, self._cfg.robot_radius_m))
 
     def drive(self, poses: Float[np.ndarray, "robots 3"], waypoints: Float[np.ndarray, "robots 2"]) -> Drive:
         """Drive every robot towards its waypoint for one iteration, then turn in place.
 
         Velocities are set again a few times on the way, so a robot that was pushed or that
         slid along a wall heads for its waypoint again; nothing moves faster than one step
-        length an iteration. An iteration lasts one unit of time. Where nobody can touch anything,
-        one substep is as good as many.
+        length an iteration. An iteration lasts one unit of time.
 
         Args:
             poses: True poses before, ``T_world_robot``.
@@ -151,16 +93,127 @@ class Arena:
         """
         length = se2.length(waypoints)[:, None]
         goal_m = self._step_m * waypoints / np.maximum(length, 1.0)
-        target_m, p_m = se2.apply(poses, goal_m), self.positions()
-        if self._is_clear(p_m, target_m):
-            self._command(target_m - p_m)
-            self._space.step(1.0)
-            self._command(_AT_REST)
-        else:
-            self._drive_in_substeps(target_m)
-        p_m = self.positions()
+        start_m, target_m = poses[:, :2], se2.apply(poses, goal_m)
+        p_m = start_m + (target_m - start_m)
+        robots = self._may_touch(start_m, target_m).nonzero()[0]
+        if len(robots):
+            p_m[robots] = self._driven(robots, start_m[robots], target_m[robots])
         moved = length[:, 0] > 1e-6
         yaw_rad = poses[:, 2] + np.where(moved, np.arctan2(waypoints[:, 1], waypoints[:, 0]), 0.0)
         yaw_rad = se2.wrap_angle(yaw_rad + self._turn_rad)
         bumped = se2.length(p_m - target_m) > _MISS_M
         return Drive(np.concatenate([p_m, yaw_rad[:, None]], axis=1), bumped)
+
+    def _may_touch(
+        self, start_m: Float[np.ndarray, "robots 2"], target_m: Float[np.ndarray, "robots 2"]
+    ) -> Bool[np.ndarray, " robots"]:
+        """Robots that may touch something: the box about their way meets a wall, an obstacle or another's.
+
+        A robot that touches something may leave its way, as far as a step: what that may meet joins.
+        """
+        reach_m = self._cfg.robot_radius_m + _CLEAR_M
+        low_m, high_m = np.minimum(start_m, target_m) - reach_m, np.maximum(start_m, target_m) + reach_m
+        outside = (low_m < self._room_m[0]) | (high_m > self._room_m[1])
+        touch = outside[:, 0] | outside[:, 1]
+        if len(self._boxes_m):
+            touch |= _meet(low_m, high_m, self._boxes_m[:, 0], self._boxes_m[:, 1]).any(axis=1)
+        touch |= _meet(low_m, high_m, low_m, high_m).sum(axis=1) > 1  # each meets itself
+        while touch.any() and not touch.all():
+            far_m = self._step_m[touch] + reach_m
+            near = _meet(low_m, high_m, start_m[touch] - far_m, start_m[touch] + far_m).any(axis=1)
+            if not (near & ~touch).any():
+                break
+            touch |= near
+        return touch
+
+    def _driven(
+        self,
+        robots: Int[np.ndarray, " robots"],
+        start_m: Float[np.ndarray, "robots 2"],
+        target_m: Float[np.ndarray, "robots 2"],
+    ) -> Float[np.ndarray, "robots 2"]:
+        """Where robots get that may touch something, in a space that knows nothing of earlier drives.
+
+        The order in which pymunk resolves contacts follows from the order in which shapes joined a space,
+        ever: a space that served before would give other digits.
+        """
+        step_m = self._step_m[robots]
+        far_m = step_m + self._cfg.robot_radius_m + _CLEAR_M
+        near = _meet(start_m - far_m, start_m + far_m, self._static_m[:, 0], self._static_m[:, 1]).any(axis=0)
+        members: list[pymunk.Body | pymunk.Shape] = [
+            self._ground,
+            *(self._static[k] for k in np.flatnonzero(near).tolist()),
+        ]
+        for robot, p_m in zip(robots.tolist(), start_m.tolist(), strict=True):
+            body, _ = self._discs[robot]
+            body.position, body.velocity = tuple(p_m), (0.0, 0.0)
+            pymunk.Body.update_position(body, 0.0)  # forgets by how much it was last pushed apart
+            members += self._discs[robot]
+        space = _space()
+        space.add(*members)
+        try:
+            return self._driven_in_substeps(space, target_m, step_m)
+        finally:
+            space.remove(*members)
+
+    def _driven_in_substeps(
+        self,
+        space: pymunk.Space,
+        target_m: Float[np.ndarray, "robots 2"],
+        step_m: Float[np.ndarray, "robots 1"],
+    ) -> Float[np.ndarray, "robots 2"]:
+        """Head for the targets, again and again, through whatever is in the way; then let overlaps settle."""
+        rounds = _COMMANDS_PER_DRIVE
+        n_each = -(-self._cfg.n_substeps // rounds)  # as many in each, at least what is asked for
+        for left in range(rounds, 0, -1):
+            gap_m = target_m - self._positions(space)
+            away_m = se2.length(gap_m)[:, None]
+            _command(space, gap_m * np.minimum(rounds / left, step_m / np.maximum(away_m, 1e-12)))
+            for _ in range(n_each):
+                space.step(1.0 / (rounds * n_each))
+        _command(space, np.zeros_like(target_m))
+        for _ in range(_SETTLE_SUBSTEPS):
+            space.step(1.0 / self._cfg.n_substeps)
+        return self._positions(space)
+
+    def _positions(self, space: pymunk.Space) -> Float[np.ndarray, "robots 2"]:
+        """Positions of the robots in a space, m."""
+        self._buffer.clear()
+        pymunk.batch.get_space_bodies(space, pymunk.batch.BodyFields.POSITION, self._buffer)
+        return np.frombuffer(self._buffer.float_buf(), dtype=np.float64).reshape(-1, 2)[:-1].copy()
+
+
+def _space() -> pymunk.Space:
+    space = pymunk.Space()
+    space.collision_slop = 1e-3
+    # Share of an overlap left after one unit of time; the default leaves robots stuck in walls.
+    space.collision_bias = 1e-9
+    return space
+
+
+def _rough(shape: pymunk.Shape) -> pymunk.Shape:
+    shape.friction, shape.elasticity = _GRIP, 0.0
+    return shape
+
+
+def _command(space: pymunk.Space, velocity_m_s: Float[np.ndarray, "robots 2"]) -> None:
+    """Write velocities; the static body's row stays zero, or walls would drag robots."""
+    out, rows = pymunk.batch.Buffer(), np.zeros((len(velocity_m_s) + 1, 2))
+    rows[:-1] = velocity_m_s
+    out.set_float_buf(rows)
+    pymunk.batch.set_space_bodies(space, pymunk.batch.BodyFields.VELOCITY, out)
+
+
+def _meet(
+    low_m: Float[np.ndarray, "boxes 2"],
+    high_m: Float[np.ndarray, "boxes 2"],
+    other_low_m: Float[np.ndarray, "others 2"],
+    other_high_m: Float[np.ndarray, "others 2"],
+) -> Bool[np.ndarray, "boxes others"]:
+    """Which boxes overlap or touch."""
+    meet = (low_m[:, None] <= other_high_m) & (high_m[:, None] >= other_low_m)
+    return meet[..., 0] & meet[..., 1]
+
+
+def _rebuilt(layout: Layout, cfg: ArenaConfig, turn_rad: float) -> Arena:
+    return Arena(layout, cfg, turn_rad=turn_rad)

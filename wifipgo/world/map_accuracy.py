@@ -51,7 +51,13 @@ def first_map(cells: CellMap, reference: Poses, estimate: Poses) -> Mapped:
     return _shared(off_m, np.bincount(seen.cell, minlength=n), cells)
 
 
-def updated_map(mapped: Mapped, cells: CellMap, reference: Poses, before: Poses, after: Poses) -> Mapped:
+def updated_map(
+    mapped: Mapped,
+    cells: CellMap,
+    reference: Poses,
+    before: Float[np.ndarray, "robots before 3"],
+    after: Poses,
+) -> Mapped:
     """Map after an iteration: cells newly seen, and those seen from poses that moved in the estimate.
 
     Args:
@@ -99,7 +105,9 @@ def _summed(each_m: Float[np.ndarray, "n 2"], seen: _Seen, n_cells: int) -> Floa
     return sums
 
 
-def _offsets(cells: CellMap, reference: Poses, estimate: Poses, seen: _Seen) -> Float[np.ndarray, "n 2"]:
+def _offsets(
+    cells: CellMap, reference: Poses, estimate: Float[np.ndarray, "robots known 3"], seen: _Seen
+) -> Float[np.ndarray, "n 2"]:
     """How far each sighting puts its cell off: the estimate's motion of the true pose, at the cell."""
     middle_m = middles(len(cells.seen))[seen.cell]
     true, believed = (poses[seen.robot, seen.time] for poses in (reference, estimate))
