@@ -9,7 +9,7 @@ import pandas as pd
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from baselines.evaluation import results_folder
+from baselines.evaluation import run_folder
 from baselines.evaluation.config import EvaluateConfig, command_of, parsed, plan_of
 from baselines.evaluation.console_report import announce, report
 from baselines.evaluation.episodes import Episode, run_episode, trial_seed
@@ -59,9 +59,7 @@ def evaluate(config: EvaluateConfig, *, console: Console | None = None) -> Summa
         summary = _finished(plan, out, record) if config.resume else None
         if summary is None:
             names = [task.path.name for task in _tasks(plan, out)]
-            partial = results_folder.claim(
-                out, record, names, overwrite=config.overwrite, resume=config.resume
-            )
+            partial = run_folder.claim(out, record, names, overwrite=config.overwrite, resume=config.resume)
             _run_missing(plan, partial, executor=executor, console=console)
             summary = _publish(plan, partial, out, record)
     report(summary, plan, out=str(config.out), console=console)
@@ -74,12 +72,12 @@ def _finished(plan: Plan, out: Path, record: Mapping[str, Any]) -> Summary | Non
     Raises:
         BadInputError: They are of other settings.
     """
-    partial = results_folder.partial_of(out)
-    if not results_folder.is_complete(out) or (partial / "config.json").exists():
+    partial = run_folder.partial_of(out)
+    if not run_folder.is_complete(out) or (partial / "config.json").exists():
         return None
-    results_folder.refuse_other(out / "config.json", record, "the results there are of other settings")
-    if results_folder.is_of(partial, results_folder.KIND):
-        results_folder.remove(partial, results_folder.KIND)
+    run_folder.refuse_other(out / "config.json", record, "the results there are of other settings")
+    if results_folder.is_of(partial, run_folder.KIND):
+        results_folder.remove(partial, run_folder.KIND)
     return summarise(pd.read_parquet(out / "episodes.parquet"), plan)
 
 
@@ -103,7 +101,7 @@ def _run_missing(plan: Plan, partial: Path, *, executor: Executor, console: Cons
 def _tasks(plan: Plan, partial: Path) -> list[Task]:
     """Every episode, trial by trial."""
     return [
-        Task(plan.scenario, policy, trial, seed, results_folder.episode_path(partial, place, trial))
+        Task(plan.scenario, policy, trial, seed, run_folder.episode_path(partial, place, trial))
         for trial, seed in ((k, trial_seed(plan.seed, k)) for k in plan.numbers)
         for place, policy in enumerate(plan.policies)
     ]
@@ -112,19 +110,19 @@ def _tasks(plan: Plan, partial: Path) -> list[Task]:
 def _publish(plan: Plan, partial: Path, out: Path, record: Mapping[str, Any]) -> Summary:
     """Write tables beside the episodes, rename them to ``out``, then draw the pictures."""
     episodes = [Episode.load(task.path) for task in sorted(_tasks(plan, partial), key=lambda t: t.path)]
-    summary = summarise(results_folder.episodes_frame(episodes), plan)
-    staging = results_folder.clean_staging(partial)
-    results_folder.write_tables(staging, episodes, summary, record)
-    results_folder.publish(staging, out, results_folder.KIND, later=results_folder.PICTURES)
+    summary = summarise(run_folder.episodes_frame(episodes), plan)
+    staging = run_folder.clean_staging(partial)
+    run_folder.write_tables(staging, episodes, summary, record)
+    results_folder.publish(staging, out, run_folder.KIND, later=run_folder.PICTURES)
     _draw(out, plan, episodes)
-    results_folder.remove(partial, results_folder.KIND)
+    results_folder.remove(partial, run_folder.KIND)
     return summary
 
 
 def _draw(out: Path, plan: Plan, episodes: Sequence[Episode]) -> None:
     """Draw the pictures; one that cannot be drawn is a warning."""
-    from wifipgo.figures import drawing  # noqa: PLC0415, I001 (matplotlib loads slowly, and only here)
-    from baselines.evaluation import plots
+    from baselines.evaluation import plots  # noqa: PLC0415 (matplotlib loads slowly, and only here)
+    from wifipgo.figures import drawing  # noqa: PLC0415
 
     for path, draw in (("err.png", plots.draw_err), ("arena.png", plots.draw_arena)):
         with drawing(out / path):

@@ -12,7 +12,7 @@ import pandas as pd
 import tyro
 from rich.console import Console
 
-from baselines.evaluation import results_folder
+from baselines.evaluation import run_folder
 from baselines.evaluation.console_report import report
 from baselines.evaluation.plan import Plan, differences, read_record
 from baselines.evaluation.statistics import Summary, summarise
@@ -79,7 +79,7 @@ def merge(config: MergeConfig, *, console: Console | None = None) -> Summary:
 
 def _part(folder: Path) -> _Part:
     require(
-        results_folder.is_complete(folder), "in", "a folder of finished results of an evaluation", str(folder)
+        run_folder.is_complete(folder), "in", "a folder of finished results of an evaluation", str(folder)
     )
     return _Part(folder, read_record(folder / "config.json"))
 
@@ -111,10 +111,10 @@ def _plan(parts: Sequence[_Part]) -> Plan:
 
 def _write(plan: Plan, parts: Sequence[_Part], out: Path) -> Summary:
     """Tables in the order of a single run: policies as given, trials, iterations, robots."""
-    partial = results_folder.partial_of(out)
-    results_folder.begin(partial, results_folder.KIND)
+    partial = run_folder.partial_of(out)
+    results_folder.begin(partial, run_folder.KIND)
     results_folder.note(partial, ["results/"])
-    staging = results_folder.clean_staging(partial)
+    staging = run_folder.clean_staging(partial)
     episodes = _joined(parts, "episodes.parquet", plan)
     episodes.to_parquet(staging / "episodes.parquet", index=False)
     _joined(parts, "steps.parquet", plan).to_parquet(staging / "steps.parquet", index=False)
@@ -122,8 +122,8 @@ def _write(plan: Plan, parts: Sequence[_Part], out: Path) -> Summary:
     write_json(staging / "summary.json", asdict(summary))
     command = shlex.join(["python", "-m", "baselines.merge", str(out), *(str(p.folder) for p in parts)])
     write_json(staging / "config.json", parts[0].record | {"trials": plan.trials, "command": command})
-    results_folder.publish(staging, out, results_folder.KIND)
-    results_folder.remove(partial, results_folder.KIND)
+    results_folder.publish(staging, out, run_folder.KIND)
+    results_folder.remove(partial, run_folder.KIND)
     return summary
 
 

@@ -20,10 +20,10 @@ import numpy as np
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
 from wifipgo.graph import ERR_WEIGHTS, GUARDS, THIRD_PARTY
+from wifipgo.graph.config import BACKENDS, ESTIMATORS
 from wifipgo.radio.aoa import ESTIMATORS as AOA_ESTIMATORS
 from wifipgo.radio.channel.bands import BANDS
 from wifipgo.radio.propagation.materials import MATERIALS
-from wifipgo.rendezvous import BACKENDS, ESTIMATORS
 from wifipgo.scenarios import SCENARIOS, Scenario, field_kinds
 from wifipgo.scenarios.field_table import field_rows
 

@@ -8,8 +8,8 @@ from typing import Any, Protocol
 
 import cloudpickle
 
-from baselines.evaluation.worker_process import one_thread_each, settle_in
 from train._env_batch import Batch, Maker
+from wifipgo.processes import one_thread_each, settle_in
 
 _PATIENCE_S = 5.0
 

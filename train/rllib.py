@@ -15,9 +15,9 @@ import numpy as np
 import tyro
 from rich.console import Console
 
-from baselines._ray import joined, load_ray
 from baselines.evaluation.command import exit_code
 from baselines.evaluation.executors import cores
+from baselines.evaluation.ray_cluster import joined, load_ray
 from baselines.policies.learned.interfaces import INTERFACES, make_interface
 from baselines.policies.learned.network import Layer, Network, layout_of, plain
 from envs.rendezvous_v0 import REWARDS

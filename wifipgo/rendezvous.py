@@ -15,6 +15,8 @@ from wifipgo.errors import require_within
 from wifipgo.radio.channel.rates import LinkConfig, service_discrepancy
 
 NOBODY = -1
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RendezvousConfig:
     """When to call, and when a meeting counts.

@@ -18,10 +18,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
-from baselines._errands import answer, carried_out, packed
-from baselines._ray import far_errand, first_line, joined, load_ray
-from baselines.evaluation.worker_process import one_thread_each, settle_in
+from baselines.evaluation.errands import answer, carried_out, packed
+from baselines.evaluation.ray_cluster import far_errand, first_line, joined, load_ray
 from wifipgo.errors import pick, require
+from wifipgo.processes import one_thread_each, settle_in
 
 EXECUTORS: Mapping[str, str] = MappingProxyType(
     {

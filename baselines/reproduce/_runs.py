@@ -10,7 +10,7 @@ import pandas as pd
 
 from baselines.evaluation.episodes import Episode, trial_seed
 from baselines.evaluation.jobs import Task
-from baselines.evaluation.results_folder import episodes_frame, steps_frame
+from baselines.evaluation.run_folder import episodes_frame, steps_frame
 from wifipgo.scenarios import Scenario, scenario_named
 
 MANY_ROBOTS = 10

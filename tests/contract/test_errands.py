@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from dying import Errand, compute, fail_oddly
 
-from baselines import _errands
-from baselines._errands import answer, carried_out, packed
-from baselines._ray import first_line, joined
+from baselines.evaluation import errands
+from baselines.evaluation.errands import answer, carried_out, packed
+from baselines.evaluation.ray_cluster import first_line, joined
 from wifipgo.errors import BadInputError
 
 ROOT = Path(__file__).parents[2]
@@ -34,7 +34,7 @@ def test_a_problem_that_does_not_travel_comes_back_as_its_text() -> None:
 
 def test_other_code_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     errand = packed(len, "four")
-    monkeypatch.setattr(_errands, "code_digest", lambda: "0123456789abcdef")
+    monkeypatch.setattr(errands, "code_digest", lambda: "0123456789abcdef")
     with pytest.raises(BadInputError, match=r"is 0123456789abcdef, where the run was started [0-9a-f]{16}"):
         answer(carried_out(errand))
 
@@ -42,7 +42,7 @@ def test_other_code_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_computer_without_the_package_says_so() -> None:
     """The function goes there by value, as Ray sends it."""
     pytest.importorskip("cloudpickle", reason="cloudpickle is not installed (extra 'train')")
-    here = "import sys, cloudpickle; from baselines._ray import far_errand; "
+    here = "import sys, cloudpickle; from baselines.evaluation.ray_cluster import far_errand; "
     here += "sys.stdout.buffer.write(cloudpickle.dumps(far_errand()))"
     there = "import sys, pickle; sys.modules['baselines'] = None; "
     there += "sys.stdout.buffer.write(pickle.load(sys.stdin.buffer)(b''))"

@@ -13,7 +13,7 @@ import pytest
 from baselines import evaluate
 from baselines.evaluate import Episode, EpisodesFailedError, EvaluateConfig, main, run_episode
 from baselines.evaluation import jobs
-from baselines.evaluation.results_folder import FILES, PICTURES, partial_of
+from baselines.evaluation.run_folder import FILES, PICTURES, partial_of
 from baselines.policies import make_policy
 from wifipgo.results_folder import MANIFEST
 from wifipgo.scenarios import scenario_named

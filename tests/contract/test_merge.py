@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from baselines.evaluate import EvaluateConfig, evaluate
-from baselines.evaluation import results_folder
+from baselines.evaluation import run_folder
 from baselines.merge import main
 
 TABLES = ("episodes.parquet", "steps.parquet", "summary.json")
@@ -58,7 +58,7 @@ def test_an_interrupted_run_goes_on_with_more_trials(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(results_folder, "write_tables", interrupt)
+        patch.setattr(run_folder, "write_tables", interrupt)
         with pytest.raises(KeyboardInterrupt):
             played(tmp_path / "out", 0, 1)
     evaluate(replace(settings(tmp_path / "out", 0, 2), resume=True))

@@ -11,7 +11,7 @@ from synthetic_run import STAMP, write_run
 
 from wifipgo.errors import BadInputError
 from wifipgo.radio.aoa.moving_aperture import ApertureConfig
-from wifipgo.radio.recordings import bearing
+from wifipgo.radio.recordings.__main__ import bearing
 from wifipgo.radio.recordings.intel5300 import (
     HOST_STAMPED,
     STOCK,

@@ -9,10 +9,11 @@ from wifipgo.radio.channel import rates
 from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.impairments import ImpairmentConfig, draw_standing
 from wifipgo.radio.confidence import confidence
+from wifipgo.radio.links import probe_links
 from wifipgo.radio.propagation.diffuse_scattering import with_diffuse
 from wifipgo.radio.propagation.materials import Slab
 from wifipgo.radio.propagation.paths import surfaces_of, trace_paths
-from wifipgo.radio.turn_profiles import listen, probe_links
+from wifipgo.radio.turn_profiles import listen
 from wifipgo.segments import polygon_edges
 
 ROOM_M = polygon_edges(np.array([[0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [0.0, 20.0]]))

@@ -11,10 +11,10 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo import se2, se3
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import pick, require
 from wifipgo.graph.chordal import Poses, matrices, nearest_rotations, pose_rows
 from wifipgo.graph.residuals import tangent_difference
-from wifipgo.arithmetic import harmless_underflow
 
 Rows = Float[np.ndarray, "poses dims"]
 

@@ -16,9 +16,9 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 from wifipgo import se3
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.subgraphs import held
-from wifipgo.arithmetic import harmless_underflow
 
 # Tangent directions of rotations in the plane and in space: exp(sum_k a_k G_k).
 GENERATORS = {2: np.array([[[0.0, -1.0], [1.0, 0.0]]]), 3: se3.cross_matrix(np.eye(3))}

@@ -12,9 +12,9 @@ from jaxtyping import Bool, Float, Int
 from scipy.special import chdtri
 
 from wifipgo import se2
-from wifipgo.graph.cliques import largest_clique
-from wifipgo.graph.edges import Edges, select
 from wifipgo.arithmetic import harmless_underflow
+from wifipgo.graph.edges import Edges, select
+from wifipgo.graph.outliers.cliques import largest_clique
 
 CONFIDENCE = 0.99  # share of pairs of good measurements that pass
 _GAP_SIGMA = 1e3  # m and rad, of a step without odometry: nothing is inconsistent across it
@@ -28,7 +28,7 @@ def consistent(edges: Edges, *, n_robots: int, confidence: float = CONFIDENCE) -
     Measurements within one robot are kept. Weights are not looked at. Of several largest sets it
     takes one that does not depend on the order of the measurements. Where a pair has so many
     that an exact search would take long, the set is a large one that a bounded search found, see
-    `wifipgo.graph.cliques`.
+    `wifipgo.graph.outliers.cliques`.
     """
     keep = ~edges.between_robots
     pairs = np.sort(np.stack([edges.tail[:, 0], edges.head[:, 0]], axis=1), axis=1)

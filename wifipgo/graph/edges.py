@@ -10,8 +10,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.errors import require
 from wifipgo.arithmetic import harmless_underflow
+from wifipgo.errors import require
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

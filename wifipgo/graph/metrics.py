@@ -6,9 +6,9 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import Float
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import pick
 from wifipgo.graph.edges import Edges
-from wifipgo.arithmetic import harmless_underflow
 
 # Whether each term of Eq. 4 is divided by the variance of its measurement.
 ERR_WEIGHTS: Mapping[str, bool] = MappingProxyType({"unit": False, "information": True})

@@ -17,7 +17,6 @@ import numpy as np
 import tyro
 from jaxtyping import Float, Int
 
-from baselines.evaluation.worker_process import in_a_process
 from wifipgo.command_line import exit_code, printable, say
 from wifipgo.errors import DoubtfulError, require
 from wifipgo.folder_lock import held
@@ -30,6 +29,7 @@ from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers.spatial import FULL_WEIGHT, solve_graph
 from wifipgo.graph.subgraphs import components
+from wifipgo.processes import in_a_process
 
 Backend = Literal["gtsam", "distributed"]
 Robust = Literal["none", "huber", "gnc", "pcm"]

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.graph.anchor_bearings import NO_PINGS, Pings, select_pings
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.config import GraphConfig
@@ -18,7 +19,6 @@ from wifipgo.graph.outliers.methods import GUARDS
 from wifipgo.graph.solvers import THIRD_PARTY, TOLD_SIGMA, Learned, News, Smoothers, odometry
 from wifipgo.graph.solvers._problem import NOTHING
 from wifipgo.se2 import wrap_angle
-from wifipgo.arithmetic import harmless_underflow
 
 # A told pose that changed by less, in standard deviations of told poses, is not worth solving again for.
 _SAME_TOLD = 0.5

@@ -4,8 +4,8 @@ import numpy as np
 from jaxtyping import Float
 
 from wifipgo import se2, se3
-from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.arithmetic import harmless_underflow
+from wifipgo.graph.posegraph import PoseGraph
 
 PLANAR = [0, 1, 5]  # places of (x, y, yaw) in a tangent vector of space
 

@@ -176,7 +176,7 @@ def _optimised(
     group: list[int],
     known: Float[np.ndarray, "group 3 3"] | None,
 ) -> Paths:
-    """Paths with other poses, and other covariances of the last poses of those that met, if they are known."""
+    """Paths with other poses, and other covariances of the last poses of those that met, if known."""
     covariance = paths.covariance.copy()
     if known is not None:
         covariance[group] = known

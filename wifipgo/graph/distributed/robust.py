@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.special import chdtri
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport, solve_distributed
 from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.residuals import chi_squares
-from wifipgo.arithmetic import harmless_underflow
 
 HUBER_KNEE = 1.345  # in sigmas
 GNC_CONFIDENCE, GNC_FACTOR = 0.99, 1.4  # share of good measurements kept; growth of the control parameter

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.graph.chordal import Poses, chordal_cost, links, matrices, pose_rows
 from wifipgo.graph.distributed.channel import Channel
 from wifipgo.graph.distributed.robot import Robot
@@ -19,7 +20,6 @@ from wifipgo.graph.distributed.rounds import DistributedConfig, Stage, run_stage
 from wifipgo.graph.distributed.team import make_robots
 from wifipgo.graph.posegraph import PoseGraph, normalised
 from wifipgo.threads import one_thread
-from wifipgo.arithmetic import harmless_underflow
 
 
 class DistributedReport(NamedTuple):

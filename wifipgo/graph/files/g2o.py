@@ -1,7 +1,7 @@
 """Pose graphs of one or several robots in g2o files, in the plane and in space.
 
 A file or a folder of files ``0.g2o, 1.g2o, ...``, one a robot, is one graph. Keys say whose pose
-is meant, see `wifipgo.graph._g2o_keys`. In a folder a measurement between two robots stands in both
+is meant, see `wifipgo.graph.files._g2o_keys`. In a folder a measurement between two robots stands in both
 files and counts once. Poses named by FIX are known. Landmarks are kept apart, as they were
 written. A graph of measurements alone begins from its odometry. Information is read as that of
 (x, y, z, rotation vector), as gtsam reads it.
@@ -18,7 +18,7 @@ from jaxtyping import Int, UInt
 
 from wifipgo.atomic_files import write_text
 from wifipgo.errors import GraphFileError, require
-from wifipgo.graph._g2o_keys import INDEX_BITS, LETTERS, Named, ends_named, places, vertices_named
+from wifipgo.graph.files._g2o_keys import INDEX_BITS, LETTERS, Named, ends_named, places, vertices_named
 from wifipgo.graph.files._g2o_lines import (
     DIMS,
     FIX,

@@ -68,7 +68,7 @@ class Results(NamedTuple):
         from wifipgo.figures import drawing  # noqa: PLC0415 (matplotlib loads slowly)
 
         with drawing(self.out / PICTURE):
-            from wifipgo.graph._optimise_picture import draw  # noqa: PLC0415
+            from wifipgo.graph.files.optimise_picture import draw  # noqa: PLC0415
 
             with appearing(self.out / PICTURE, by_suffix=True) as unfinished:
                 draw(unfinished, graph, poses, weight)

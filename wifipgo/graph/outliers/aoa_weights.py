@@ -9,8 +9,8 @@ is chosen where the profiles are; here it is an azimuth.
 import numpy as np
 from jaxtyping import Float
 
-from wifipgo.se2 import wrap_angle
 from wifipgo.arithmetic import harmless_underflow
+from wifipgo.se2 import wrap_angle
 
 PAPER_SIGMA_RAD = float(np.deg2rad(2.96))  # puts the knee of Eq. 7 at the paper's gate
 PAPER_GATE_RAD = float(np.deg2rad(7.2))  # paper Sec. 7.3

@@ -14,10 +14,10 @@ from jaxtyping import Bool, Float, Int
 from scipy.special import chdtri
 
 from wifipgo import se3
-from wifipgo.graph.cliques import largest_clique
+from wifipgo.arithmetic import harmless_underflow
+from wifipgo.graph.outliers.cliques import largest_clique
 from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.residuals import PLANAR
-from wifipgo.arithmetic import harmless_underflow
 
 CONFIDENCE = 0.99  # share of pairs of good measurements that pass
 _BLOCK = 64  # measurements compared with all others at once: bounds the memory
@@ -29,7 +29,7 @@ class ConsistentSets(NamedTuple):
 
     Attributes:
         keep: Odometry, and a consistent set of each pair and each robot.
-        unproven: Pairs whose exact search was cut short, see `wifipgo.graph.cliques`.
+        unproven: Pairs whose exact search was cut short, see `wifipgo.graph.outliers.cliques`.
     """
 
     keep: Bool[np.ndarray, " edges"]

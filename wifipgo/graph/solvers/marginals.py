@@ -7,13 +7,13 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float, Int
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.graph.edges import Edges
 from wifipgo.graph.solvers._banded_cholesky import begun, covariances
 from wifipgo.graph.solvers._elimination import named
 from wifipgo.graph.solvers._gauss_newton import SingularError
 from wifipgo.graph.solvers._gtsam_search import as_values, covariances_of
 from wifipgo.graph.solvers._problem import KNOWN_START, TOLD_SIGMA, Problem, build, name_of, posed
-from wifipgo.arithmetic import harmless_underflow
 
 
 @harmless_underflow

@@ -9,6 +9,7 @@ import gtsam
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import pick
 from wifipgo.graph.bearings import NEAREST_M, Bearings, bearing_residuals, select_bearings
 from wifipgo.graph.edges import Edges
@@ -30,7 +31,6 @@ from wifipgo.graph.solvers.keyed_problem import chordal_start
 from wifipgo.graph.solvers.marginals import last_rows
 from wifipgo.graph.solvers.report import Report, WeighedDown
 from wifipgo.threads import one_thread
-from wifipgo.arithmetic import harmless_underflow
 
 INITIAL: Mapping[str, str] = MappingProxyType(
     {

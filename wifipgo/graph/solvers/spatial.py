@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.special import chdtri
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import NumericalError, pick, require
 from wifipgo.graph.chordal import matrices, pose_rows, two_stage
 from wifipgo.graph.first_guess import first_guess
@@ -32,7 +33,6 @@ from wifipgo.graph.solvers._elimination import (
 from wifipgo.graph.solvers._keyed_factors import HUBER_KNEE, ORDER, factors_of, name_of, rows_of, values_of
 from wifipgo.graph.solvers.report import Report, WeighedDown
 from wifipgo.threads import one_thread
-from wifipgo.arithmetic import harmless_underflow
 
 METHODS: Mapping[str, str] = MappingProxyType({"lm": "Levenberg-Marquardt", "gn": "Gauss-Newton"})
 INITIAL: Mapping[str, str] = MappingProxyType(

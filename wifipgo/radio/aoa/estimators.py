@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from wifipgo.errors import pick, require, require_within
-from wifipgo.radio.aoa.bartlett import bartlett_profiles, eq5_profiles
+from wifipgo.radio.aoa.bartlett import bartlett_profiles
 from wifipgo.radio.aoa.music import music_profiles
 
 # Beyond these, phases lose their digits or arrays their sense; no robot comes near.

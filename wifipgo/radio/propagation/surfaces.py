@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from wifipgo.errors import require
-from wifipgo.radio.coplanar import Coplanar, coplanar_faces
+from wifipgo.radio.propagation.coplanar import Coplanar, coplanar_faces
 from wifipgo.radio.propagation.face_pairs import FacePairs, face_pairs
 from wifipgo.radio.propagation.materials import THICKNESS_LIMITS_M, Slab, is_permittivity
 from wifipgo.radio.propagation.outline import Outline, facing_inwards, is_convex, outline_of

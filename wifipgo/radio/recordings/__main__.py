@@ -4,8 +4,9 @@
 
     python -m wifipgo.radio.recordings PATH [--out DIR]
 
-Reads links (`wifipgo.radio.recordings.wsr_dataset`), computes each profile (`wifipgo.radio.aoa.moving_aperture`) and
-takes its peaks with the code of the simulator (`wifipgo.radio.aoa.find_peaks`).
+Reads links (`wifipgo.radio.recordings.wsr_dataset`), computes each profile
+(`wifipgo.radio.aoa.moving_aperture`) and takes its peaks with the code of the simulator
+(`wifipgo.radio.aoa.find_peaks`).
 """
 
 import sys
@@ -63,7 +64,7 @@ def _draw(links: list[Link], bearings: list[Bearing], picture: Path, *, title: s
     from wifipgo.figures import drawing  # noqa: PLC0415 (loads matplotlib, slowly)
 
     with drawing(picture):
-        from wifipgo.radio._recordings_picture import save_picture  # noqa: PLC0415
+        from wifipgo.radio.recordings.picture import save_picture  # noqa: PLC0415
 
         save_picture(links, bearings, picture, title=title)
         say(f"picture: {picture}")

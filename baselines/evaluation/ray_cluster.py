@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from ipaddress import ip_address
 from typing import Any
 
-from baselines.evaluation.worker_process import THREADS
 from wifipgo.errors import BadInputError, MissingExtraError
+from wifipgo.processes import THREADS
 
 _PATIENCE_S = 10.0
 _SETTINGS = {"log_to_driver": False, "logging_level": "error"}
@@ -89,7 +89,7 @@ def _warn_if_reachable(ray: Any) -> None:
 
 
 def far_errand() -> Callable[[bytes], bytes]:
-    """`baselines._errands.carried_out` for a computer of a cluster, which may have no such package.
+    """`baselines.evaluation.errands.carried_out` for a computer of a cluster, which may have no such package.
 
     Ray sends the inner function as it is, not by its name, so it runs there and can say what is missing.
     """
@@ -99,7 +99,7 @@ def far_errand() -> Callable[[bytes], bytes]:
         import socket  # noqa: PLC0415 (nothing of this module is there)
 
         try:
-            from baselines._errands import carried_out  # noqa: PLC0415
+            from baselines.evaluation.errands import carried_out  # noqa: PLC0415
         except ImportError as problem:
             missing = f"{socket.gethostname()} of the cluster cannot import wifipgo ({problem})"
             hint = "install the same version there, extras included"
