@@ -19,7 +19,7 @@ import numpy as np
 
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
-from wifipgo.graph import ERR_WEIGHTS, GUARDS, THIRD_PARTY
+from wifipgo.graph import ERR_WEIGHTS, OUTLIER_METHODS, THIRD_PARTY
 from wifipgo.graph.config import BACKENDS, ESTIMATORS
 from wifipgo.radio.aoa import ESTIMATORS as AOA_ESTIMATORS
 from wifipgo.radio.channel.bands import BANDS
@@ -35,7 +35,7 @@ NAMES: Mapping[str, tuple[Any, ...]] = {
     "err_weights": tuple(ERR_WEIGHTS),
     "estimator": tuple(ESTIMATORS),
     "backend": tuple(BACKENDS),
-    "outliers": tuple(GUARDS),
+    "outliers": tuple(OUTLIER_METHODS),
     "third_party": tuple(THIRD_PARTY),
     "aoa_estimator": tuple(AOA_ESTIMATORS),
     "bandwidth_hz": tuple(BANDS),

@@ -28,7 +28,7 @@ from rich.table import Table
 
 from wifipgo import se2
 from wifipgo.atomic_files import write_json
-from wifipgo.graph import Edges, end_covariances, select, solve
+from wifipgo.graph import Edges, last_pose_covariances, select, solve
 
 SIGMA, RANGE_M, STEP_M, N_NEW = (0.1, np.deg2rad(3.0)), 2.2, 2.0, 10
 PAIRS = (10, 25, 50)  # poses of each robot
@@ -104,7 +104,7 @@ def _measured(truth: np.ndarray, tail: np.ndarray, head: np.ndarray, rng: np.ran
     steps, start = z[: n_robots * (n_times - 1)].reshape(n_robots, -1, 3), truth.copy()
     for t in range(n_times - 1):
         start[:, t + 1] = se2.compose(start[:, t], steps[:, t])
-    return Walk(start, Edges.measured(tail=tail, head=head, z=z, sigma=SIGMA, told=T_world_head))
+    return Walk(start, Edges.measured(tail=tail, head=head, z=z, sigma=SIGMA, reported_pose=T_world_head))
 
 
 def timed(call: Callable[[], object], seconds: float) -> tuple[float, float]:
@@ -136,7 +136,7 @@ def cases(n_robots: int, n_times: int, seed: int) -> Iterator[tuple[str, int, in
         f"{name}, end covariances",
         len(walk.edges),
         0,
-        lambda: end_covariances(warm, walk.edges, robots=robots),
+        lambda: last_pose_covariances(warm, walk.edges, robots=robots),
     )
 
 

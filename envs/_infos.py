@@ -30,7 +30,7 @@ def infos(
         "met": list(met(belief.team.met, n)),
         "ate_trans_truth": ate_trans(belief.paths.estimate, truth.poses).tolist(),
         "ate_rot_truth": ate_rot(belief.paths.estimate, truth.poses).tolist(),
-        "bumps_truth": truth.bumps.tolist(),
+        "bumps_truth": truth.collisions.tolist(),
         "distance_m_truth": truth.distance_m.tolist(),
         "mapped_share_belief": [team_share(belief.coverage)] * n,
         "mapped_share_truth": [mapped_share] * n,

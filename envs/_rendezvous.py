@@ -23,7 +23,7 @@ from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.errors import BadInputError, pick, require
 from wifipgo.scenarios import Scenario, field_owners, scenario_named
 from wifipgo.state import Tick, World
-from wifipgo.world.map_accuracy import Mapped, first_map, updated_map
+from wifipgo.world.map_accuracy import MapAccuracy, first_map_accuracy, updated_map_accuracy
 
 OBSERVATIONS: Mapping[str, str] = {
     "flat": "one Box",
@@ -289,15 +289,15 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         return seen, infos(now.tick, agents, mapped_share=mapped_share, masks=masks)
 
 
-def _first_map(tick: Tick) -> Mapped:
+def _first_map(tick: Tick) -> MapAccuracy:
     """Map of the team beside the truth."""
-    return first_map(tick.truth.cells, tick.truth.poses, tick.belief.paths.estimate)
+    return first_map_accuracy(tick.truth.cells, tick.truth.poses, tick.belief.paths.estimate)
 
 
-def _updated_map(mapped: Mapped, before: Tick, after: Tick) -> Mapped:
+def _updated_map(mapped: MapAccuracy, before: Tick, after: Tick) -> MapAccuracy:
     """The same after an iteration."""
     truth, estimate = after.truth, after.belief.paths.estimate
-    return updated_map(mapped, truth.cells, truth.poses, before.belief.paths.estimate, estimate)
+    return updated_map_accuracy(mapped, truth.cells, truth.poses, before.belief.paths.estimate, estimate)
 
 
 def _changes(options: Mapping[str, Any] | None) -> dict[str, Any]:

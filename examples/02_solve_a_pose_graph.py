@@ -41,7 +41,7 @@ sightings = Edges.measured(
     head=np.stack([np.ones(3, int), times], 1),
     z=noisy(se2.between(poses[0, times], poses[1, times])),
     sigma=sigma,
-    told=belief[1, times],
+    reported_pose=belief[1, times],
 )
 edges = extended(odometry, sightings)
 solved, report = solve(belief, edges, robots=[0, 1])

@@ -26,7 +26,7 @@ _COLUMNS = ("agent_steps", "policy", "trial", "seed", "mapped_share")
 def mapped_shares(
     policy: str | Policy, scenario: Scenario, cfg: SelectionConfig
 ) -> Float[np.ndarray, " trials"]:
-    """Mapped share of a policy on every world of the selection."""
+    """MapAccuracy share of a policy on every world of the selection."""
     seeds = [trial_seed(cfg.seed, trial) for trial in range(cfg.trials)]
     return np.array([run_episode(scenario, policy, seed).figures["mapped_share"] for seed in seeds])
 

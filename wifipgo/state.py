@@ -12,13 +12,13 @@ from jaxtyping import Bool, Float, Int
 from wifipgo.graph.anchor_bearings import Pings
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.edges import Edges
-from wifipgo.graph.per_robot_smoothing import Memory
-from wifipgo.radio.channel.impairments import Standing
+from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
+from wifipgo.radio.channel.impairments import EpisodeImpairments
 from wifipgo.radio.propagation.surfaces import Surfaces
 from wifipgo.rendezvous import Calls
 from wifipgo.world.arena import Arena
 from wifipgo.world.coverage import CellMap
-from wifipgo.world.coverage_belief import Survey
+from wifipgo.world.coverage_belief import CoverageBelief
 from wifipgo.world.layout import Layout
 
 
@@ -50,8 +50,8 @@ class World(NamedTuple):
     layout: Layout
     scene: Scene
     arena: Arena
-    standing: Standing
-    memory: Memory | None = None
+    standing: EpisodeImpairments
+    memory: PerRobotSmoothers | None = None
 
 
 class Commands(NamedTuple):
@@ -65,7 +65,7 @@ class Truth(NamedTuple):
     """What really happened; for metrics only."""
 
     poses: Float[np.ndarray, "robots times 3"]
-    bumps: Int[np.ndarray, " robots"]
+    collisions: Int[np.ndarray, " robots"]
     distance_m: Float[np.ndarray, " robots"]
     cells: CellMap
 
@@ -175,7 +175,7 @@ class Belief(NamedTuple):
     radio: RadioBelief
     sensed: Sensed
     team: Team
-    coverage: Survey
+    coverage: CoverageBelief
     err: Float[np.ndarray, " robots"]
 
     @property

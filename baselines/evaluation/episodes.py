@@ -155,7 +155,7 @@ def _row(tick: Tick, mapped_share: Sequence[float]) -> dict[str, np.ndarray]:
         "mapped_share": np.array(mapped_share),
         "met": np.isin(np.arange(len(now)), [robot for group in belief.team.met for robot in group]),
         "calling": belief.team.calls.callee != NOBODY,
-        "bumps": truth.bumps,
+        "bumps": truth.collisions,
         "distance_m": truth.distance_m,
     }
 
@@ -177,7 +177,7 @@ def _figures(steps: Steps, end: Tick, n_meetings: int, scenario: Scenario) -> di
         "rendezvous": n_meetings,
         "share_above": float((steps["err"] > scenario.rendezvous.err_threshold).mean()),
         "coverage": truth.cells.share,
-        "bumps": int(truth.bumps.sum()),
+        "bumps": int(truth.collisions.sum()),
         "distance_m": float(truth.distance_m.sum()),
         "bytes_sent": belief.team.bytes_sent,
         "n_steps": belief.t,

@@ -14,7 +14,7 @@ from baselines.reproduce.encounters import EncounterConfig
 from envs.rendezvous_v0 import parallel_env
 from wifipgo import se2
 from wifipgo.atomic_files import read_sealed, write_sealed
-from wifipgo.graph import solve_guarded
+from wifipgo.graph import solve_robust
 from wifipgo.graph.bearings import bearing_residuals, heard_along
 from wifipgo.graph.edges import select
 from wifipgo.graph.outliers.aoa_weights import bearing, likelihood
@@ -106,7 +106,7 @@ def _errors(tick: Tick) -> Float[np.ndarray, " methods"]:
     """Ground-truth error (Eq. 12 + Eq. 13) under every method."""
     belief, truth = tick.belief, tick.truth.poses
     solved = [
-        solve_guarded(
+        solve_robust(
             belief.paths.estimate, belief.log.edges, belief.log.bearings, robots=(0, 1), outliers=method
         )[0]
         for method in METHODS

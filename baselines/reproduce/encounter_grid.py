@@ -15,7 +15,7 @@ from jaxtyping import Float
 from baselines.reproduce.encounters import Encounter, EncounterConfig, simulate_encounter
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.metrics import ate_rot, ate_trans
-from wifipgo.graph.outliers.methods import solve_guarded
+from wifipgo.graph.outliers.methods import solve_robust
 
 # Noise of a step of odometry in units of that of a relative pose, and what to call it.
 ODOMETRY = MappingProxyType({0.1: "good", 0.3: "mid", 1.0: "noisy"})
@@ -51,7 +51,7 @@ def error_under(
     """Ground-truth error that a method leaves.
 
     Args:
-        method: A name in `wifipgo.graph.GUARDS`.
+        method: A name in `wifipgo.graph.OUTLIER_METHODS`.
         seen: What was measured.
         bearings: Others than those of the encounter.
         without_outliers: Leave out what really is an outlier: no robot could.
@@ -59,7 +59,7 @@ def error_under(
     edges = seen.edges
     if without_outliers:
         edges = replace(edges, weight=edges.weight * (1.0 - seen.is_outlier))
-    solved, _ = solve_guarded(
+    solved, _ = solve_robust(
         seen.start,
         edges,
         seen.bearings if bearings is None else bearings,

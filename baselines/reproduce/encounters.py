@@ -169,7 +169,7 @@ def _met(
     tail, head = np.stack([who, now], axis=1), np.stack([1 - who, now], axis=1)
     told = truth[1 - who, now]  # both take part in the solve, so nobody reads it
     sigma = (cfg.sigma_t_m, cfg.sigma_r_rad)
-    return Edges.measured(tail=tail, head=head, z=z, sigma=sigma, told=told), is_bad
+    return Edges.measured(tail=tail, head=head, z=z, sigma=sigma, reported_pose=told), is_bad
 
 
 def _off(z: Float[np.ndarray, "*rows 3"], by: Float[np.ndarray, "*rows 3"]) -> Float[np.ndarray, "*rows 3"]:

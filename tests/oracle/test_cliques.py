@@ -89,7 +89,7 @@ def test_hundreds_of_meetings_of_a_pair_take_seconds() -> None:
     head = np.concatenate([np.stack([robot, index + 1], 1), np.stack([np.ones(n, int), np.arange(n)], 1)])
     z = se2.between(truth[tail[:, 0], tail[:, 1]], truth[head[:, 0], head[:, 1]])
     z += rng.normal(size=z.shape) * [0.1, 0.1, 0.02]
-    edges = Edges.measured(tail=tail, head=head, z=z, sigma=(0.1, 0.02), told=np.zeros_like(z))
+    edges = Edges.measured(tail=tail, head=head, z=z, sigma=(0.1, 0.02), reported_pose=np.zeros_like(z))
     begin = time.process_time()
     keep = consistent(edges, n_robots=2)
     assert time.process_time() - begin < 5.0

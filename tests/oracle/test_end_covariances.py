@@ -5,7 +5,7 @@ import pytest
 
 from wifipgo import se2
 from wifipgo.errors import UnknownNameError
-from wifipgo.graph import Bearings, Edges, end_covariances, extended, select, solve
+from wifipgo.graph import Bearings, Edges, extended, last_pose_covariances, select, solve
 
 SIGMA = (0.1, 0.05)
 
@@ -39,7 +39,7 @@ def test_an_open_straight_chain_by_hand(yaw_rad: float) -> None:
     along[1, 2] = along[2, 1] = var_r * lever_m.sum()
     turn = np.eye(3)
     turn[:2, :2] = [[np.cos(yaw_rad), -np.sin(yaw_rad)], [np.sin(yaw_rad), np.cos(yaw_rad)]]
-    (found,) = end_covariances(poses, chain(0, z), robots=[0])
+    (found,) = last_pose_covariances(poses, chain(0, z), robots=[0])
     np.testing.assert_allclose(found, turn @ along @ turn.T, rtol=1e-5, atol=1e-9)
 
 
@@ -55,9 +55,9 @@ def test_two_robots_that_meet_share_their_knowledge() -> None:
         head=np.array([[1, 1]]),
         z=np.array([[1.0, 0.0, 0.0]]),
         sigma=(0.2, rigid),
-        told=poses[1:, 1],
+        reported_pose=poses[1:, 1],
     )
-    second, first = end_covariances(poses, extended(edges, seen), robots=[1, 0])
+    second, first = last_pose_covariances(poses, extended(edges, seen), robots=[1, 0])
     np.testing.assert_allclose(first[0, 0], a * (b + m) / (a + b + m), rtol=1e-3)
     np.testing.assert_allclose(second[0, 0], b * (a + m) / (a + b + m), rtol=1e-3)
 
@@ -75,7 +75,7 @@ def loops(seed: int) -> tuple[np.ndarray, Edges]:
     seen = truth[head[:, 0], head[:, 1]]
     z = se2.between(truth[tail[:, 0], tail[:, 1]], seen)
     weight = rng.uniform(0.3, 1.0, len(tail))
-    return truth, Edges.measured(tail=tail, head=head, z=z, sigma=SIGMA, weight=weight, told=seen)
+    return truth, Edges.measured(tail=tail, head=head, z=z, sigma=SIGMA, weight=weight, reported_pose=seen)
 
 
 def whitened(
@@ -89,7 +89,7 @@ def whitened(
     poses = flat.reshape(shape)
     rows = []
     for tail, head, z, sigma, weight, told in zip(
-        edges.tail, edges.head, edges.z, edges.sigma, edges.weight, edges.told, strict=True
+        edges.tail, edges.head, edges.z, edges.sigma, edges.weight, edges.reported_pose, strict=True
     ):
         if tail[0] == 2:
             continue
@@ -122,16 +122,18 @@ def test_against_the_dense_inverse_of_the_information(seed: int, third_party: st
     jacobian = jacobian[:, free.ravel()]
     covariance = np.linalg.inv(jacobian.T @ jacobian)
     ends = [covariance[k - 3 : k, k - 3 : k] for k in (15, 30)]
-    found = end_covariances(solved, edges, robots=[0, 1], third_party=third_party, told_sigma=told_sigma)
+    found = last_pose_covariances(
+        solved, edges, robots=[0, 1], third_party=third_party, told_sigma=told_sigma
+    )
     np.testing.assert_allclose(found, ends, rtol=1e-4, atol=1e-7)
-    assert report.end_covariances is not None
-    np.testing.assert_allclose(report.end_covariances, found, rtol=1e-9)
+    assert report.last_pose_covariances is not None
+    np.testing.assert_allclose(report.last_pose_covariances, found, rtol=1e-9)
 
 
 def test_what_helps_shows_and_what_is_refused() -> None:
     """A bearing can only add knowledge; nobody asked, nothing told; a typo lists what exists."""
     truth, edges = loops(3)
-    assert solve(truth, edges, robots=[0, 1])[1].end_covariances is None
+    assert solve(truth, edges, robots=[0, 1])[1].last_pose_covariances is None
     heard = Bearings(
         observer=np.array([[0, 5]]),
         target=np.array([[1, 5]]),
@@ -142,11 +144,11 @@ def test_what_helps_shows_and_what_is_refused() -> None:
     heard.azimuth_rad[0, 0] = np.arctan2(relative[1], relative[0])
     _, deaf = solve(truth, edges, robots=[0, 1], covariances=True)
     _, hearing = solve(truth, edges, robots=[0, 1], bearings=heard, covariances=True)
-    assert deaf.end_covariances is not None
-    assert hearing.end_covariances is not None
-    gain = deaf.end_covariances - hearing.end_covariances
+    assert deaf.last_pose_covariances is not None
+    assert hearing.last_pose_covariances is not None
+    gain = deaf.last_pose_covariances - hearing.last_pose_covariances
     assert (np.trace(gain[:, :2, :2], axis1=1, axis2=2) > 0.0).all()
     with pytest.raises(UnknownNameError, match="fixed_told"):
-        end_covariances(truth, edges, robots=[0], third_party="fixed")
+        last_pose_covariances(truth, edges, robots=[0], third_party="fixed")
     with pytest.raises(ValueError, match="without any measurement"):
-        end_covariances(truth, select(edges, np.array([0])), robots=[0])
+        last_pose_covariances(truth, select(edges, np.array([0])), robots=[0])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from wifipgo import se2
-from wifipgo.graph import NO_PINGS, Bearings, Edges, Pings, end_covariances, extended, select, solve
+from wifipgo.graph import NO_PINGS, Bearings, Edges, Pings, extended, last_pose_covariances, select, solve
 from wifipgo.graph.config import GraphConfig
-from wifipgo.graph.per_robot_smoothing import Memory
+from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
 
 SIGMA = (0.1, 0.05)
 N_TIMES = 12
@@ -33,12 +33,17 @@ def walked(seed: int, n_robots: int = 3) -> tuple[np.ndarray, np.ndarray, list[E
         z = se2.between(truth[tail[:, 0], tail[:, 1]], T_world_head)
         z = z + rng.normal(size=z.shape) * [SIGMA[0], SIGMA[0], SIGMA[1]]
         start[:, t] = se2.compose(start[:, t - 1], z[:n_robots])
-        measured.append(Edges.measured(tail=tail, head=head, z=z, sigma=SIGMA, told=T_world_head))
+        measured.append(Edges.measured(tail=tail, head=head, z=z, sigma=SIGMA, reported_pose=T_world_head))
     return truth, start, measured
 
 
 def run(
-    measured: list[Edges], start: np.ndarray, memory: Memory, *, sent_at: int | None = None, begin: int = 0
+    measured: list[Edges],
+    start: np.ndarray,
+    memory: PerRobotSmoothers,
+    *,
+    sent_at: int | None = None,
+    begin: int = 0,
 ) -> tuple[np.ndarray, np.ndarray, Edges, np.ndarray]:
     """Feed a memory iteration by iteration; robots 0 and 1 exchange graphs once."""
     n = len(start)
@@ -60,7 +65,7 @@ def run(
 @pytest.mark.parametrize("third_party", ["fixed_told", "ignore"])
 def test_a_robot_alone_has_the_optimum_of_what_it_measured(seed: int, third_party: str) -> None:
     _, start, measured = walked(seed)
-    memory = Memory(GraphConfig(estimator="every_step", third_party=third_party))
+    memory = PerRobotSmoothers(GraphConfig(estimator="every_step", third_party=third_party))
     estimate, _, edges, _ = run(measured, start, memory)
     for robot in range(len(start)):
         best, _ = solve(start, edges, robots=[robot], third_party=third_party)
@@ -76,7 +81,7 @@ def test_next_to_no_weight_is_none() -> None:
     for least in (0.0, 5e-324):
         weights = [np.where(new.tail[:, 0] != new.head[:, 0], least, new.weight) for new in measured]
         less = [replace(new, weight=weight) for new, weight in zip(measured, weights, strict=True)]
-        found.append(run(less, start, Memory(GraphConfig(estimator="every_step")), sent_at=6)[0])
+        found.append(run(less, start, PerRobotSmoothers(GraphConfig(estimator="every_step")), sent_at=6)[0])
     np.testing.assert_array_equal(found[0], found[1])
 
 
@@ -84,7 +89,7 @@ def test_next_to_no_weight_is_none() -> None:
 def test_a_robot_that_was_sent_a_graph_has_the_optimum_of_both_as_far_as_it_knows(seed: int) -> None:
     """What the other measured since is not known: the search leaves it out."""
     _, start, measured = walked(seed)
-    memory = Memory(GraphConfig(estimator="every_step", third_party="ignore"))
+    memory = PerRobotSmoothers(GraphConfig(estimator="every_step", third_party="ignore"))
     met = 9
     estimate, _, edges, _ = run(measured, start, memory, sent_at=met)
     for robot, other in ((0, 1), (1, 0)):
@@ -100,11 +105,11 @@ def test_a_robot_that_was_sent_a_graph_has_the_optimum_of_both_as_far_as_it_know
 def test_covariances_are_those_of_the_search(seed: int) -> None:
     """Also of a robot that only dead-reckoned since it last solved, to first order."""
     _, start, measured = walked(seed)
-    memory = Memory(GraphConfig(estimator="every_step", third_party="ignore"))
+    memory = PerRobotSmoothers(GraphConfig(estimator="every_step", third_party="ignore"))
     estimate, cov, edges, _ = run(measured, start, memory)
     for robot in range(len(start)):
         alone = select(edges, (edges.tail[:, 0] == robot) & ~edges.between_robots)
-        expected = end_covariances(estimate, alone, robots=[robot])[0]
+        expected = last_pose_covariances(estimate, alone, robots=[robot])[0]
         if (alone.measured_at == N_TIMES - 1).sum() > 1:  # solved at the last iteration
             scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
             np.testing.assert_allclose(cov[robot] / scale, expected / scale, atol=0.1)
@@ -115,20 +120,20 @@ def test_covariances_are_those_of_the_search(seed: int) -> None:
 def test_a_memory_that_missed_iterations_begins_anew() -> None:
     _, start, measured = walked(5)
     cfg = GraphConfig(estimator="every_step")
-    warm, _, _, _ = run(measured, start, Memory(cfg), sent_at=6)
-    cold, _, _, _ = run(measured, start, Memory(cfg), sent_at=6, begin=N_TIMES - 1)
+    warm, _, _, _ = run(measured, start, PerRobotSmoothers(cfg), sent_at=6)
+    cold, _, _, _ = run(measured, start, PerRobotSmoothers(cfg), sent_at=6, begin=N_TIMES - 1)
     np.testing.assert_allclose(warm, cold, atol=1e-2)
 
 
 def test_what_others_measured_and_did_not_send_changes_nothing() -> None:
     _, start, measured = walked(6)
     cfg = GraphConfig(estimator="every_step")
-    plain, _, _, _ = run(measured, start, Memory(cfg))
+    plain, _, _, _ = run(measured, start, PerRobotSmoothers(cfg))
     shifted = [
         replace(new, z=new.z + np.where(new.tail[:, :1] == 1, [0.5, 0.0, 0.0], 0.0)) if t else new
         for t, new in enumerate(measured)
     ]
-    other, _, _, _ = run(shifted, start, Memory(cfg))
+    other, _, _, _ = run(shifted, start, PerRobotSmoothers(cfg))
     np.testing.assert_array_equal(other[[0, 2]], plain[[0, 2]])
     assert np.abs(other[1] - plain[1]).max() > 0.1
 
@@ -147,7 +152,7 @@ def heard_a_place(off_rad: float, told_sigma_m: float) -> np.ndarray:
         point_m=np.array([[30.0, 0.0]]),
         covariance_m2=told_sigma_m**2 * np.eye(2)[None],
     )
-    memory = Memory(GraphConfig(estimator="every_step", aoa_factors=True))
+    memory = PerRobotSmoothers(GraphConfig(estimator="every_step", aoa_factors=True))
     sent, cov = np.zeros((1, 1), dtype=int), np.zeros((1, 3, 3))
     none = Bearings.empty()
     memory.smoothed(poses[:, :1], cov, edges=Edges.empty(), bearings=none, sent=sent, pings=NO_PINGS)

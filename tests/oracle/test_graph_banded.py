@@ -15,7 +15,7 @@ from wifipgo.graph import Edges, select, solve
 from wifipgo.graph.solvers import _banded_cholesky as banded
 from wifipgo.graph.solvers._gtsam_search import as_values, covariances_of, least_squares
 from wifipgo.graph.solvers._linearised import Poses, squares
-from wifipgo.graph.solvers._problem import KNOWN_START, TOLD_SIGMA, UNKNOWN_START, Problem, build, posed
+from wifipgo.graph.solvers._problem import KNOWN_START, REPORTED_SIGMA, UNKNOWN_START, Problem, build, posed
 
 SIGMA = (0.1, 0.05)
 
@@ -38,9 +38,9 @@ def walked(seed: int, n_times: int = 12, noise: float = 1.0) -> tuple[np.ndarray
     start, odometry = truth.copy(), z[: 3 * (n_times - 1)].reshape(3, n_times - 1, 3)
     for k in range(n_times - 1):
         start[:, k + 1] = se2.compose(start[:, k], odometry[:, k])
-    told = seen + noise * rng.normal(size=seen.shape) * np.array(TOLD_SIGMA)[[0, 0, 1]]
+    told = seen + noise * rng.normal(size=seen.shape) * np.array(REPORTED_SIGMA)[[0, 0, 1]]
     weight = rng.uniform(0.3, 1.0, len(tail))
-    return start, Edges.measured(tail=tail, head=head, z=z, sigma=SIGMA, weight=weight, told=told)
+    return start, Edges.measured(tail=tail, head=head, z=z, sigma=SIGMA, weight=weight, reported_pose=told)
 
 
 def problem_of(
@@ -55,7 +55,7 @@ def problem_of(
         edges,
         robots=robots,
         third_party=third_party,
-        told_sigma=TOLD_SIGMA,
+        told_sigma=REPORTED_SIGMA,
         start_sigma=start_sigma,
     )
 
@@ -167,9 +167,11 @@ def test_a_wide_band_is_left_to_gtsam(monkeypatch: pytest.MonkeyPatch) -> None:
     theirs, other = solve(poses, edges, robots=[0, 1], covariances=True)
     np.testing.assert_allclose(ours, theirs, atol=1e-6)
     np.testing.assert_allclose(report.chi2_after, other.chi2_after, rtol=1e-9)
-    assert report.end_covariances is not None
-    assert other.end_covariances is not None
-    np.testing.assert_allclose(report.end_covariances, other.end_covariances, rtol=1e-5, atol=1e-8)
+    assert report.last_pose_covariances is not None
+    assert other.last_pose_covariances is not None
+    np.testing.assert_allclose(
+        report.last_pose_covariances, other.last_pose_covariances, rtol=1e-5, atol=1e-8
+    )
 
 
 @pytest.mark.parametrize("robots", [[0], [0, 1, 2]])

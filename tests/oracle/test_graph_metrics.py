@@ -5,7 +5,7 @@ import pytest
 
 from wifipgo import se2
 from wifipgo.errors import UnknownNameError
-from wifipgo.graph.edges import Edges, extended, retold, select
+from wifipgo.graph.edges import Edges, extended, refresh_reported, select
 from wifipgo.graph.metrics import ate_rot, ate_trans, residual_error
 from wifipgo.graph.outliers.aoa_weights import bearing, elevation, likelihood, paper_weights
 
@@ -20,7 +20,9 @@ def random_graph(rng: np.random.Generator, n: int = 40) -> tuple[np.ndarray, Edg
     ends = np.stack([rng.integers(0, 3, (2, n)), rng.integers(0, 5, (2, n))], axis=-1)
     z, told = rng.uniform(-3.0, 3.0, (2, n, 3))
     weight, sigma = rng.uniform(0.0, 1.0, n), rng.uniform(0.1, 1.0, (n, 2))
-    return poses, Edges.measured(tail=ends[0], head=ends[1], z=z, sigma=sigma, weight=weight, told=told)
+    return poses, Edges.measured(
+        tail=ends[0], head=ends[1], z=z, sigma=sigma, weight=weight, reported_pose=told
+    )
 
 
 @pytest.mark.parametrize("weights", ["unit", "information"])
@@ -30,7 +32,7 @@ def test_err_is_eq_4_with_matrices(weights: str) -> None:
     err, counted = np.zeros(3), np.zeros(3)
     for k in range(len(edges)):
         i, j = edges.tail[k], edges.head[k]
-        T_i, T_j = poses[*i], poses[*j] if i[0] == j[0] else edges.told[k]
+        T_i, T_j = poses[*i], poses[*j] if i[0] == j[0] else edges.reported_pose[k]
         off = T_j[:2] - T_i[:2] - rotation(T_i[2]) @ edges.z[k, :2]
         turn = rotation(T_j[2]) - rotation(T_i[2]) @ rotation(edges.z[k, 2])
         omega = 1.0 / edges.sigma[k] if weights == "information" else np.ones(2)
@@ -108,12 +110,14 @@ def test_extended_select_and_retold_keep_rows_together() -> None:
     poses, edges = random_graph(np.random.default_rng(3))
     first, last = np.arange(len(edges)) < 15, np.arange(15, len(edges))
     again = extended(select(edges, first), select(edges, last))
-    for field in ("tail", "head", "z", "sigma", "weight", "told"):
+    for field in ("tail", "head", "z", "sigma", "weight", "reported_pose"):
         np.testing.assert_array_equal(getattr(again, field), getattr(edges, field))
-    told = retold(edges, poses, robots=[0, 2])
+    told = refresh_reported(edges, poses, robots=[0, 2])
     among = np.isin(edges.tail[:, 0], [0, 2]) & np.isin(edges.head[:, 0], [0, 2])
-    np.testing.assert_array_equal(told.told[among], poses[edges.head[among, 0], edges.head[among, 1]])
-    np.testing.assert_array_equal(told.told[~among], edges.told[~among])
+    np.testing.assert_array_equal(
+        told.reported_pose[among], poses[edges.head[among, 0], edges.head[among, 1]]
+    )
+    np.testing.assert_array_equal(told.reported_pose[~among], edges.reported_pose[~among])
     assert len(extended(Edges.empty(), edges)) == len(edges)
 
 

@@ -36,7 +36,7 @@ def one(
         z=np.array([[x_m, 0.0, 0.0]]),
         sigma=sigma,
         weight=weight,
-        told=np.array([[told_x_m, 0.0, 0.0]]),
+        reported_pose=np.array([[told_x_m, 0.0, 0.0]]),
     )
 
 
@@ -53,7 +53,7 @@ def simulated(noise: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray, Edge
     start = truth.copy()
     for t in range(7):
         start[:, t + 1] = se2.compose(start[:, t], z[:21].reshape(3, 7, 3)[:, t])
-    return truth, start, Edges.measured(tail=tail, head=head, z=z, sigma=SIGMA, told=T_world_head)
+    return truth, start, Edges.measured(tail=tail, head=head, z=z, sigma=SIGMA, reported_pose=T_world_head)
 
 
 def test_a_closed_loop_is_the_weighted_mean() -> None:
@@ -137,7 +137,7 @@ def test_a_weight_of_zero_is_no_edge() -> None:
         z=edges.z,
         sigma=edges.sigma,
         weight=keep.astype(float),
-        told=edges.told,
+        reported_pose=edges.reported_pose,
     )
     with_zeros, report = solve_team(start, zeroed)
     without, _ = solve_team(start, select(edges, keep))

@@ -152,7 +152,7 @@ def test_a_team_with_known_starts_is_solved_as_by_the_planar_solver() -> None:
     tail, head = np.array([*own, ((0, 2), (1, 2)), ((1, 4), (2, 3)), ((2, 5), (0, 4))]).transpose(1, 0, 2)
     z = se2.between(truth[tail[:, 0], tail[:, 1]], truth[head[:, 0], head[:, 1]])
     z = z + 0.02 * rng.normal(size=z.shape)
-    edges = Edges.measured(tail=tail, head=head, z=z, sigma=(0.02, 0.02), told=np.zeros_like(z))
+    edges = Edges.measured(tail=tail, head=head, z=z, sigma=(0.02, 0.02), reported_pose=np.zeros_like(z))
     graph = from_team(truth, edges)
     first = np.array([0, 6, 12])
     found, report = solve_graph(graph, fixed=first)
@@ -176,7 +176,7 @@ def test_a_gross_outlier_is_weighed_down_and_named(dims: int, robust: str) -> No
     columns = {name: getattr(graph, name) for name in PoseGraph.__slots__}
     plain, _ = solve_graph(bad := PoseGraph(**(columns | {"z": z})))
     found, report = solve_graph(bad, robust=robust)
-    (down,) = report.weighed_down
+    (down,) = report.downweighted
     assert down.method == robust
     assert down.rows[down.weight.argmin()] == wrong
     start = truth[anchors(graph)[0]]

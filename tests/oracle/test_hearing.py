@@ -9,7 +9,7 @@ from wifipgo import se2
 from wifipgo.radio import aoa
 from wifipgo.radio.channel import rates
 from wifipgo.radio.channel.csi import RadioConfig
-from wifipgo.radio.channel.impairments import ImpairmentConfig, Standing, draw_standing
+from wifipgo.radio.channel.impairments import EpisodeImpairments, ImpairmentConfig, draw_episode_impairments
 from wifipgo.radio.links import Links, probe_links
 from wifipgo.radio.propagation.materials import Slab
 from wifipgo.radio.propagation.paths import Surfaces, surfaces_of
@@ -33,9 +33,11 @@ def scene(*boxes: np.ndarray) -> Surfaces:
     )
 
 
-def standing(seed: int = 0, **changes: Any) -> Standing:
+def standing(seed: int = 0, **changes: Any) -> EpisodeImpairments:
     cfg = ImpairmentConfig(**changes)
-    return draw_standing(cfg, n_robots=3, n_antennas=2, size_m=9.0, rng=np.random.default_rng(seed))
+    return draw_episode_impairments(
+        cfg, n_robots=3, n_antennas=2, size_m=9.0, rng=np.random.default_rng(seed)
+    )
 
 
 def heard(

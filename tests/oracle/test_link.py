@@ -99,7 +99,7 @@ def test_looking_at_fewer_modulations_finds_the_same_rate(bandwidth_hz: float) -
     """Links from none to the top rate: the short way against all four modulations."""
     rng = np.random.default_rng(1)
     snr = rng.exponential(1.0, (2_000, 30)) * 10.0 ** rng.uniform(-1.0, 3.5, (2_000, 1))
-    rate, shown_db = rates.carried(snr, bandwidth_hz=bandwidth_hz)
+    rate, shown_db = rates.rate_and_esnr(snr, bandwidth_hz=bandwidth_hz)
     esnr_db = rates.esnr_db(snr)
     np.testing.assert_array_equal(rate, rates.rate_mbit_s(esnr_db, bandwidth_hz=bandwidth_hz))
     np.testing.assert_array_equal(shown_db, esnr_db[:, -1])

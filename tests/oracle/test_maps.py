@@ -148,7 +148,7 @@ def test_touching_parts_make_a_shape_that_is_not_convex() -> None:
     poses = env.tick.truth.poses.reshape(-1, 3)
     assert not any(inside_polygon(poses[:, :2], np.array(corners)).any() for corners in ell)
     assert gap_to_obstacles(poses[:, :2], [np.array(c) for c in ell]).min() > 0.1
-    assert env.tick.truth.bumps.min() > 5
+    assert env.tick.truth.collisions.min() > 5
 
 
 def test_a_map_cut_in_two_has_all_starts_in_the_larger_part() -> None:

@@ -21,7 +21,7 @@ from wifipgo.graph.outliers.aoa_weights import (
     paper_weights,
     range_aware_weights,
 )
-from wifipgo.graph.outliers.methods import GUARDS, solve_guarded
+from wifipgo.graph.outliers.methods import OUTLIER_METHODS, solve_robust
 from wifipgo.graph.solvers import UNKNOWN_START, solve
 from wifipgo.graph.solvers._losses import HUBER_KNEE, geman_mcclure, geman_mcclure_weight, huber, huber_weight
 
@@ -47,7 +47,7 @@ def ahead(x_m: float, *, sigma_m: float = 0.1, index: int = 1) -> Edges:
         head=np.array([[1, 0]]),
         z=np.array([[x_m, 0.0, 0.0]]),
         sigma=(sigma_m, 0.05),
-        told=np.zeros((1, 3)),
+        reported_pose=np.zeros((1, 3)),
     )
 
 
@@ -129,7 +129,7 @@ def test_one_bearing_on_a_line_moves_the_pose_to_the_root_of_its_pull() -> None:
         return float(y / sigma_m**2 + e * slope * (C**2 / (C**2 + e**2)) ** 2)
 
     np.testing.assert_allclose(at_m, brentq(pull, -0.1, 0.2), atol=1e-5)
-    assert report.weighed_down == ()
+    assert report.downweighted == ()
 
 
 def test_pairs_that_disown_their_bearings_do_without() -> None:
@@ -141,25 +141,25 @@ def test_pairs_that_disown_their_bearings_do_without() -> None:
     silent, _ = solve(world.start, world.edges, robots=[0, 1])
     solved, report = solve(world.start, world.edges, robots=[0, 1], bearings=wrong)
     np.testing.assert_array_equal(solved, silent)
-    (down,) = report.weighed_down
+    (down,) = report.downweighted
     np.testing.assert_array_equal(np.sort(down.rows), np.arange(len(wrong)))
     assert (down.weight == 0.0).all()
     azimuth[np.flatnonzero(by_0)[:1]] -= 2.0
     few = replace(world.bearings, azimuth_rad=azimuth)
     heard, report = solve(world.start, world.edges, robots=[0, 1], bearings=few)
     assert not np.array_equal(heard, silent)
-    assert set(np.flatnonzero(by_0)[1:5]) <= set(report.weighed_down[0].rows.tolist())
+    assert set(np.flatnonzero(by_0)[1:5]) <= set(report.downweighted[0].rows.tolist())
 
 
 @pytest.mark.parametrize("name", ["huber", "gnc", "pcm", "bearing"])
 def test_a_gross_outlier_among_good_reports_is_named_and_let_go(name: str) -> None:
     """Four robots' reports say 3 m, one says 9 m: its row is weighed down, and the pose stays."""
     poses, edges = line([3.0, 3.05, 2.95, 9.0, 3.0])
-    plain, _ = solve_guarded(poses, edges, robots=[0, 1], outliers="none")
-    solved, report = solve_guarded(poses, edges, robots=[0, 1], outliers=name)
+    plain, _ = solve_robust(poses, edges, robots=[0, 1], outliers="none")
+    solved, report = solve_robust(poses, edges, robots=[0, 1], outliers=name)
     assert abs(plain[0, 1, 0] - 1.0) > 0.3
     assert abs(solved[0, 1, 0] - 1.0) < 0.05
-    down = report.weighed_down[0]
+    down = report.downweighted[0]
     assert down.method == {"bearing": "huber"}.get(name, name)
     assert 5 in down.rows
     assert down.weight[list(down.rows).index(5)] < 0.1
@@ -173,7 +173,7 @@ def test_huber_on_a_line_is_the_root_of_its_pull() -> None:
     solved, report = solve(poses, edges, robots=[0, 1], loss="huber")
     off = -HUBER_KNEE * 0.1 / 2.0  # (x - 1) / s^2 + (x - 1) / s^2 = - k / s
     np.testing.assert_allclose(solved[0, 1, 0], 1.0 + off, atol=1e-6)
-    (down,) = report.weighed_down
+    (down,) = report.downweighted
     np.testing.assert_array_equal(down.rows, [3])
     np.testing.assert_allclose(down.weight, HUBER_KNEE / ((9.0 + off - 3.0) / 0.1), rtol=1e-6)
 
@@ -191,8 +191,8 @@ def test_gates_weigh_by_the_closest_peak_of_who_measured() -> None:
     }
     assert (expected["paper"][world.is_outlier[met(world)]] < 1.0).all()
     for name, weight in expected.items():
-        _, report = solve_guarded(world.start, world.edges, world.bearings, robots=[0, 1], outliers=name)
-        (down,) = report.weighed_down
+        _, report = solve_robust(world.start, world.edges, world.bearings, robots=[0, 1], outliers=name)
+        (down,) = report.downweighted
         assert down.method == name
         np.testing.assert_array_equal(down.rows, met(world)[weight < 1.0])
         np.testing.assert_allclose(down.weight, weight[weight < 1.0])
@@ -242,7 +242,7 @@ def test_the_knee_leaves_out_the_shares_that_are_stated() -> None:
 def test_bad_requests_say_what_is_wrong() -> None:
     world = encounter(0)
     with pytest.raises(UnknownNameError, match="outlier method 'bearings'; known: bearing, gnc"):
-        solve_guarded(world.start, world.edges, robots=[0, 1], outliers="bearings")
+        solve_robust(world.start, world.edges, robots=[0, 1], outliers="bearings")
     with pytest.raises(UnknownNameError, match="loss 'cauchy'; known: gnc, huber, none"):
         solve(world.start, world.edges, robots=[0, 1], loss="cauchy")
     heard = world.bearings
@@ -267,10 +267,10 @@ def test_bearings_from_outside_the_solve_are_left_out() -> None:
 
 
 def test_every_part_of_a_name_is_in_its_guard() -> None:
-    for name, guard in GUARDS.items():
+    for name, guard in OUTLIER_METHODS.items():
         parts = set(name.split("+"))
         assert guard.bearings == ("bearing" in parts)
         assert guard.gate in parts | {"none"}
         assert guard.loss in parts | {"none"} or name == "bearing"
-    assert GUARDS["bearing"] == GUARDS["huber+bearing"]
-    assert replace(GUARDS["bearing"], bearings=False) == GUARDS["huber"]
+    assert OUTLIER_METHODS["bearing"] == OUTLIER_METHODS["huber+bearing"]
+    assert replace(OUTLIER_METHODS["bearing"], bearings=False) == OUTLIER_METHODS["huber"]

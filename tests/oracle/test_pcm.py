@@ -29,7 +29,7 @@ def test_it_agrees_with_the_planar_teams() -> None:
         head=keys[graph.head],
         z=graph.z.copy(),
         sigma=(1e-4, 1e-4),
-        told=np.zeros_like(graph.z),
+        reported_pose=np.zeros_like(graph.z),
     )
     rows = np.flatnonzero(graph.between_robots)
     theirs = loop_chi2(select(edges, rows), team_chains(edges, 2), np.array([0, 1]))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from wifipgo.radio import aoa
 from wifipgo.radio.channel import receiver
 from wifipgo.radio.channel.bands import BANDS, SUBCARRIER_SPACING_HZ, band_of
-from wifipgo.radio.channel.impairments import ImpairmentConfig, draw_standing, true_headings
+from wifipgo.radio.channel.impairments import ImpairmentConfig, draw_episode_impairments, true_headings
 
 IDEAL = ImpairmentConfig(noise_floor=False, common_phase=False, timing_jitter_s=0.0)
 
@@ -138,7 +138,9 @@ def test_chain_offset_turns_every_packet_of_an_antenna_alike() -> None:
 
 def test_chain_offsets_have_the_stated_spread_against_the_first() -> None:
     cfg = ImpairmentConfig(chain_phase_rad=0.3)
-    standing = draw_standing(cfg, n_robots=2000, n_antennas=3, size_m=10.0, rng=np.random.default_rng(0))
+    standing = draw_episode_impairments(
+        cfg, n_robots=2000, n_antennas=3, size_m=10.0, rng=np.random.default_rng(0)
+    )
     assert not standing.chain_rad[:, 0].any()
     np.testing.assert_allclose(standing.chain_rad[:, 1:].std(axis=0), 0.3, rtol=0.05)
 

@@ -6,7 +6,7 @@ from graphs import random_graph
 
 from wifipgo import se2
 from wifipgo.errors import NumericalError
-from wifipgo.graph import Edges, end_covariances, marginal_covariances, solve
+from wifipgo.graph import Edges, last_pose_covariances, marginal_covariances, solve
 from wifipgo.graph.optimise import optimise
 from wifipgo.graph.posegraph import PoseGraph, pose_graph
 from wifipgo.graph.solvers.spatial import solve_graph
@@ -111,7 +111,7 @@ def team(sigma_m: float) -> tuple[np.ndarray, Edges]:
     head = np.array([[0, 1], [0, 2], [1, 1], [1, 2], [1, 2]])
     z = np.array([[1.0, 0.0, 0.1]] * 4 + [[0.0, 1.0, 0.0]])
     sigma = np.array([[0.1, 0.05]] * 4 + [[sigma_m, sigma_m]])
-    edges = Edges.measured(tail=tail, head=head, z=z, sigma=sigma, told=np.zeros((5, 3)))
+    edges = Edges.measured(tail=tail, head=head, z=z, sigma=sigma, reported_pose=np.zeros((5, 3)))
     poses = np.zeros((2, 3, 3))
     poses[1, :, 1] = 1.0
     poses[:, :, 0] = np.arange(3)
@@ -126,8 +126,8 @@ def test_a_team_with_one_measurement_that_is_exact(loss: str) -> None:
     if loss == "none":
         np.testing.assert_allclose(seen, [0.0, 1.0, 0.0], atol=1e-5)
     assert np.isfinite(solved).all()
-    assert report.end_covariances is None or np.isfinite(report.end_covariances).all()
-    assert np.isfinite(end_covariances(solved, edges, robots=[0, 1])).all()
+    assert report.last_pose_covariances is None or np.isfinite(report.last_pose_covariances).all()
+    assert np.isfinite(last_pose_covariances(solved, edges, robots=[0, 1])).all()
 
 
 @pytest.mark.parametrize("initial", ["chordal", "best"])

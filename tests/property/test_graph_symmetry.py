@@ -34,13 +34,15 @@ def noisy_graph(seed: int) -> tuple[np.ndarray, np.ndarray, Edges]:
         start[:, t + 1] = se2.compose(start[:, t], z[: -len(seen[0])].reshape(N_ROBOTS, -1, 3)[:, t])
     weight, told = rng.uniform(0.1, 1.0, len(z)), start[head[:, 0], head[:, 1]]
     keep = (tail != head).any(axis=1)
-    edges = Edges.measured(tail=tail, head=head, z=z, sigma=(0.1, 0.05), weight=weight, told=told)
+    edges = Edges.measured(tail=tail, head=head, z=z, sigma=(0.1, 0.05), weight=weight, reported_pose=told)
     return truth, start, select(edges, keep)
 
 
 def moved(T_new_world: np.ndarray, poses: np.ndarray, edges: Edges) -> tuple[np.ndarray, Edges]:
     """The same graph in another world frame."""
-    return se2.compose(T_new_world, poses), replace(edges, told=se2.compose(T_new_world, edges.told))
+    return se2.compose(T_new_world, poses), replace(
+        edges, reported_pose=se2.compose(T_new_world, edges.reported_pose)
+    )
 
 
 def apart(a: np.ndarray, b: np.ndarray) -> float:
@@ -107,7 +109,7 @@ def test_the_order_of_edges_does_not_matter(seed: int) -> None:
 def test_without_noise_nothing_is_wrong_and_nothing_moves(seed: int) -> None:
     truth, _, edges = noisy_graph(seed)
     ends = [truth[e[:, 0], e[:, 1]] for e in (edges.tail, edges.head)]
-    exact = replace(edges, z=se2.between(*ends), told=ends[1])
+    exact = replace(edges, z=se2.between(*ends), reported_pose=ends[1])
     assert residual_error(truth, exact).max() < 1e-20
     assert apart(solve(truth, exact, robots=[0, 1])[0], truth) < 1e-9
 

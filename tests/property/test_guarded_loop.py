@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wifipgo.errors import UnknownNameError
-from wifipgo.graph import GUARDS, ate_trans
+from wifipgo.graph import OUTLIER_METHODS, ate_trans
 from wifipgo.graph.bearings import bearing_residuals
 from wifipgo.loop import advance, start
 from wifipgo.loop.exchange import BYTES_PER_BEARING
@@ -45,7 +45,7 @@ def test_methods_see_the_same_world_and_weigh_only_by_gates(outliers: str) -> No
     assert not np.array_equal(guarded.belief.paths.estimate, plain.belief.paths.estimate)
     assert np.isfinite(guarded.belief.paths.estimate).all()
     weighed = (guarded.belief.log.edges.weight < 1.0).any()
-    assert not weighed or GUARDS[outliers].by_direction
+    assert not weighed or OUTLIER_METHODS[outliers].by_direction
 
 
 def test_bearings_are_of_measured_pairs_both_ways_and_counted() -> None:

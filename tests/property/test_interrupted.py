@@ -13,7 +13,7 @@ import envs._rendezvous
 import wifipgo.loop
 from envs._episode import Episode
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
-from wifipgo.graph.per_robot_smoothing import Memory
+from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
 from wifipgo.scenarios import scenario_named
 from wifipgo.state import Commands
 from wifipgo.world.arena import Arena
@@ -103,7 +103,7 @@ def stopped_at(n_calls: int) -> Iterator[None]:
 @pytest.mark.parametrize("variant", ["gated", "every_step"])
 def test_a_step_that_fails_at_any_stage_can_be_taken_again(variant: str) -> None:
     """The draws of chance, the engine's contacts and the warm solvers are those of before."""
-    stages = [*STAGES, (Memory, "smoothed")] if variant == "every_step" else STAGES
+    stages = [*STAGES, (PerRobotSmoothers, "smoothed")] if variant == "every_step" else STAGES
     failures = [lambda stage=stage: broken(*stage) for stage in stages]
     assert played(made(variant), failures) == played(made(variant), [])
 

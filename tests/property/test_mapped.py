@@ -14,13 +14,13 @@ from wifipgo.scenarios import scenario_named
 from wifipgo.state import Tick
 from wifipgo.world.coverage import CELL_M, TOLERANCE_M, empty_map, reveal
 from wifipgo.world.layout import Layout, room_walls
-from wifipgo.world.map_accuracy import Mapped, first_map, updated_map
+from wifipgo.world.map_accuracy import MapAccuracy, first_map_accuracy, updated_map_accuracy
 
 CROWDED = scenario_named("paper-hw-2", n_obstacles=2, size_m=8.0)
 
 
 def by_definition(tick: Tick) -> float:
-    """Mapped share one sighting at a time, by transforms instead of offsets."""
+    """MapAccuracy share one sighting at a time, by transforms instead of offsets."""
     cells, n = tick.truth.cells, len(tick.truth.cells.seen)
     placed: dict[int, list[np.ndarray]] = {}
     for t, seen in enumerate(cells.sightings):
@@ -35,16 +35,16 @@ def by_definition(tick: Tick) -> float:
     return sum(good) / int(cells.free.sum())
 
 
-def map_of(tick: Tick, estimate: np.ndarray) -> Mapped:
-    return first_map(tick.truth.cells, tick.truth.poses, estimate)
+def map_of(tick: Tick, estimate: np.ndarray) -> MapAccuracy:
+    return first_map_accuracy(tick.truth.cells, tick.truth.poses, estimate)
 
 
-def score(ticks: list[Tick]) -> Mapped:
-    """Mapped share kept up to date tick by tick."""
+def score(ticks: list[Tick]) -> MapAccuracy:
+    """MapAccuracy share kept up to date tick by tick."""
     first = ticks[0]
     mapped = map_of(first, first.belief.paths.estimate)
     for before, after in itertools.pairwise(ticks):
-        mapped = updated_map(
+        mapped = updated_map_accuracy(
             mapped,
             after.truth.cells,
             after.truth.poses,

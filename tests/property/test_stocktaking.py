@@ -15,14 +15,14 @@ from wifipgo.scenarios import Scenario, scenario_named
 from wifipgo.se2 import length
 from wifipgo.state import Belief
 from wifipgo.world.coverage import TOLERANCE_M
-from wifipgo.world.coverage_belief import N_BINS, surveyed
+from wifipgo.world.coverage_belief import N_BINS, covered
 from wifipgo.world.sensing import sight_robots
 
 SMALL = scenario_named("paper-sim-2", size_m=9.0)
 
 
 def own_map(belief: Belief, robot: int, scenario: Scenario) -> np.ndarray:
-    """Survey of one robot, square by square and pose by pose."""
+    """CoverageBelief of one robot, square by square and pose by pose."""
     range_m, width_m = scenario.sensing.sensor_range_m, scenario.arena.size_m / N_BINS
     out = np.zeros((N_BINS, N_BINS))
     chance = probability_in_place(belief.paths.covariance_history[robot], reach_m=range_m)
@@ -49,7 +49,7 @@ def test_a_survey_is_what_the_trajectory_as_now_believed_saw(seed: int) -> None:
 def test_a_survey_of_any_range_from_anywhere(x_m: float, y_m: float, range_m: float, size_m: float) -> None:
     """A belief may be far outside the room, and a sensor may see further than the room is wide."""
     p_m, none = np.array([[x_m, y_m]]), np.zeros((1, N_BINS, N_BINS), dtype=np.float32)
-    own = surveyed(none, np.zeros(1, dtype=int), p_m, np.ones(1), size_m=size_m, range_m=range_m)
+    own = covered(none, np.zeros(1, dtype=int), p_m, np.ones(1), size_m=size_m, range_m=range_m)
     middle_m = (np.arange(N_BINS) + 0.5) * (size_m / N_BINS)
     away_m = length(np.stack(np.meshgrid(middle_m, middle_m, indexing="ij"), axis=-1) - p_m)
     seen = away_m <= range_m
@@ -65,7 +65,7 @@ def test_who_meets_knows_what_the_others_saw() -> None:
             known = tick.belief.coverage.known[list(group)]
             np.testing.assert_array_equal(known, np.broadcast_to(known[0], known.shape))
             break
-    assert (tick.belief.coverage.told > 0.0).any()
+    assert (tick.belief.coverage.received > 0.0).any()
 
 
 def test_recognised_places_count_in_what_is_recorded_and_a_meeting_makes_it_so() -> None:

@@ -7,7 +7,7 @@ from wifipgo.radio import aoa
 from wifipgo.radio.aoa.confidence import expected_errors_rad
 from wifipgo.radio.channel import rates
 from wifipgo.radio.channel.csi import RadioConfig
-from wifipgo.radio.channel.impairments import ImpairmentConfig, draw_standing
+from wifipgo.radio.channel.impairments import ImpairmentConfig, draw_episode_impairments
 from wifipgo.radio.confidence import confidence
 from wifipgo.radio.links import probe_links
 from wifipgo.radio.propagation.diffuse_scattering import with_diffuse
@@ -30,7 +30,7 @@ def test_what_is_too_small_to_tell_from_nothing_is_nothing(estimator: str, noise
         scene = surfaces_of(ROOM_M, BOXES_M, carrier_hz=5e9, wall=WALLS, obstacle=WALLS)
         radio, rng = RadioConfig(max_order=2), np.random.default_rng(0)
         cfg = ImpairmentConfig(noise_floor=noise_floor, diffuse_ratio=0.1, diffuse_spread_rad=1e-3, agc=True)
-        standing = draw_standing(cfg, n_robots=4, n_antennas=2, size_m=20.0, rng=rng)
+        standing = draw_episode_impairments(cfg, n_robots=4, n_antennas=2, size_m=20.0, rng=rng)
         links = probe_links(P_M, scene, radio, standing)
         receiver, sender = np.nonzero(~np.eye(4, dtype=bool))
         turn = aoa.AoaConfig(aoa_estimator=estimator)
@@ -41,5 +41,8 @@ def test_what_is_too_small_to_tell_from_nothing_is_nothing(estimator: str, noise
         with_diffuse(paths, P_M[:1], P_M[1:2], standing.diffuse, carrier_hz=5e9)  # type: ignore[arg-type]
         confidence(profile), expected_errors_rad(profile, np.zeros(len(profile)))
         expected_errors_rad(np.full((1, 72), 1e-30) ** np.linspace(0.0, 4.0, 72), np.zeros(1))
-        rates.carried(np.geomspace(1e-300, 1e300, 30)[None].clip(0.0, 1e30)), rates.esnr_db(np.ones((2, 30)))
+        (
+            rates.rate_and_esnr(np.geomspace(1e-300, 1e300, 30)[None].clip(0.0, 1e30)),
+            rates.esnr_db(np.ones((2, 30))),
+        )
     assert np.isfinite(profile).all()

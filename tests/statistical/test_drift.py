@@ -6,7 +6,12 @@ from jaxtyping import Float
 from property.test_loop import episode
 
 from wifipgo import se2
-from wifipgo.graph.covariance import before_known_end, dead_reckoned, from_known_place, spread_m
+from wifipgo.graph.covariance import (
+    covariance_after_closure,
+    propagate_backwards,
+    propagate_covariance,
+    spread_m,
+)
 from wifipgo.scenarios import scenario_named
 
 N_RUNS = 20_000
@@ -42,13 +47,13 @@ def test_forwards_from_a_known_start() -> None:
     for k in range(7):
         z = se2.between(truth[:, k], truth[:, k + 1])
         now = se2.compose(now, z + noise(rng))
-        covariance = dead_reckoned(covariance, truth[:, k], truth[:, k + 1], SIGMA)
+        covariance = propagate_covariance(covariance, truth[:, k], truth[:, k + 1], SIGMA)
     agree(spread(now, truth[0, -1]), covariance[0])
 
 
 def test_backwards_from_an_end_that_is_known_so_and_so() -> None:
     truth, rng = path(), np.random.default_rng(1)
-    covariance = before_known_end(END[None], truth[..., :2], SIGMA)
+    covariance = propagate_backwards(END[None], truth[..., :2], SIGMA)
     np.testing.assert_allclose(covariance[0, -1], END, atol=1e-12)
     then = truth[0, -1] + rng.multivariate_normal(np.zeros(3), END, N_RUNS)
     for k in range(6, -1, -1):
@@ -62,7 +67,7 @@ def test_from_a_place_that_was_measured() -> None:
     place, here = truth[0, 1], truth[0, 4]
     known = place + rng.multivariate_normal(np.zeros(3), END, N_RUNS)
     found = se2.compose(known, se2.inverse(se2.between(here[None], place[None]) + noise(rng)))
-    covariance = from_known_place(END[None], (here - place)[None, :2], SIGMA)
+    covariance = covariance_after_closure(END[None], (here - place)[None, :2], SIGMA)
     agree(spread(found, here), covariance[0])
 
 

@@ -7,8 +7,8 @@ import pytest
 from scipy import stats
 
 from wifipgo import se2
-from wifipgo.graph import end_covariances
-from wifipgo.graph.edges import Edges, retold
+from wifipgo.graph import last_pose_covariances
+from wifipgo.graph.edges import Edges, refresh_reported
 from wifipgo.graph.metrics import ate_trans, residual_error
 from wifipgo.graph.solvers import Report, solve_team
 
@@ -36,9 +36,11 @@ def trial(rng: np.random.Generator) -> Trial:
     start = truth.copy()
     for t in range(N_TIMES - 1):
         start[:, t + 1] = se2.compose(start[:, t], z[: len(own)].reshape(2, -1, 3)[:, t])
-    edges = Edges.measured(tail=tail, head=head, z=z, sigma=SIGMA, told=start[head[:, 0], head[:, 1]])
+    edges = Edges.measured(
+        tail=tail, head=head, z=z, sigma=SIGMA, reported_pose=start[head[:, 0], head[:, 1]]
+    )
     solved, report = solve_team(start, edges)
-    return Trial(truth, start, solved, retold(edges, solved, robots=[0, 1]), report)
+    return Trial(truth, start, solved, refresh_reported(edges, solved, robots=[0, 1]), report)
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +73,7 @@ def test_nees_of_last_poses_is_in_its_band(trials: list[Trial]) -> None:
         robot = k % 2
         off = t.solved[robot, -1] - t.truth[robot, -1]
         off[2] = se2.wrap_angle(off[2:])[0]
-        covariance = end_covariances(t.solved, t.edges, robots=[0, 1])[robot]
+        covariance = last_pose_covariances(t.solved, t.edges, robots=[0, 1])[robot]
         total += float(off @ np.linalg.solve(covariance, off))
     low, high = stats.chi2.interval(0.95, 3 * len(trials))
     assert low < total < high

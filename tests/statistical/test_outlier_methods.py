@@ -8,7 +8,7 @@ from baselines.reproduce.encounters import EncounterConfig, simulate_encounter
 from wifipgo.graph.consistency import _chains, loop_chi2
 from wifipgo.graph.edges import select
 from wifipgo.graph.metrics import ate_rot, ate_trans
-from wifipgo.graph.outliers.methods import solve_guarded
+from wifipgo.graph.outliers.methods import solve_robust
 
 N_TRIALS = 20
 
@@ -18,7 +18,7 @@ def errors(cfg: EncounterConfig, methods: tuple[str, ...]) -> np.ndarray:
 
     def one(trial: int, method: str) -> float:
         e = simulate_encounter(cfg, rng=np.random.default_rng([1, trial]))
-        solved, _ = solve_guarded(
+        solved, _ = solve_robust(
             e.start, e.edges, e.bearings, robots=[0, 1], outliers=method, start_sigma=e.start_sigma
         )
         return float((ate_trans(solved, e.truth) + ate_rot(solved, e.truth)).mean())

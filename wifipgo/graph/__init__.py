@@ -2,24 +2,24 @@
 
 from wifipgo.graph.anchor_bearings import NO_PINGS, Pings, extended_pings, select_pings
 from wifipgo.graph.bearings import Bearings, extended_bearings, select_bearings
-from wifipgo.graph.covariance import dead_reckoned
+from wifipgo.graph.covariance import propagate_covariance
 from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport, solve_distributed
 from wifipgo.graph.distributed.simulated_team import solve_by_robots
-from wifipgo.graph.edges import Edges, extended, retold, select
+from wifipgo.graph.edges import Edges, extended, refresh_reported, select
 from wifipgo.graph.files.g2o import read_g2o, write_g2o
 from wifipgo.graph.metrics import ERR_WEIGHTS, ate_rot, ate_trans, residual_error
 from wifipgo.graph.outliers.aoa_weights import bearing, paper_weights
-from wifipgo.graph.outliers.methods import GUARDS, Guard, direction_weights, solve_guarded
+from wifipgo.graph.outliers.methods import OUTLIER_METHODS, OutlierMethod, direction_weights, solve_robust
 from wifipgo.graph.posegraph import PoseGraph, pose_graph
 from wifipgo.graph.solvers import (
+    REPORTED_SIGMA,
     THIRD_PARTY,
-    TOLD_SIGMA,
-    Learned,
-    News,
+    Downweighted,
+    IncrementalSmoothers,
     Report,
-    Smoothers,
-    WeighedDown,
-    end_covariances,
+    SmootherResult,
+    SmootherUpdate,
+    last_pose_covariances,
     odometry,
     solve,
     solve_team,
@@ -30,45 +30,45 @@ from wifipgo.graph.subgraphs import anchors, appended, components, from_team, of
 
 __all__ = [
     "ERR_WEIGHTS",
-    "GUARDS",
     "NOTHING",
     "NO_PINGS",
+    "OUTLIER_METHODS",
+    "REPORTED_SIGMA",
     "THIRD_PARTY",
-    "TOLD_SIGMA",
     "Bearings",
     "Channel",
     "DistributedConfig",
     "DistributedReport",
+    "Downweighted",
     "Edges",
-    "Guard",
-    "Learned",
-    "News",
+    "IncrementalSmoothers",
+    "OutlierMethod",
     "Pings",
     "PoseGraph",
     "Report",
-    "Smoothers",
-    "WeighedDown",
+    "SmootherResult",
+    "SmootherUpdate",
     "anchors",
     "appended",
     "ate_rot",
     "ate_trans",
     "bearing",
     "components",
-    "dead_reckoned",
     "direction_weights",
-    "end_covariances",
     "extended",
     "extended_bearings",
     "extended_pings",
     "from_team",
+    "last_pose_covariances",
     "marginal_covariances",
     "odometry",
     "of_robots",
     "paper_weights",
     "pose_graph",
+    "propagate_covariance",
     "read_g2o",
+    "refresh_reported",
     "residual_error",
-    "retold",
     "select",
     "select_bearings",
     "select_pings",
@@ -76,7 +76,7 @@ __all__ = [
     "solve_by_robots",
     "solve_distributed",
     "solve_graph",
-    "solve_guarded",
+    "solve_robust",
     "solve_team",
     "write_g2o",
 ]

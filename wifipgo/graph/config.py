@@ -8,7 +8,7 @@ import numpy as np
 
 from wifipgo.errors import pick, require, require_within
 from wifipgo.graph.metrics import ERR_WEIGHTS
-from wifipgo.graph.outliers.methods import GUARDS
+from wifipgo.graph.outliers.methods import OUTLIER_METHODS
 from wifipgo.graph.solvers import THIRD_PARTY
 
 ESTIMATORS: Mapping[str, str] = MappingProxyType(
@@ -38,9 +38,9 @@ class GraphConfig:
             exchange their graphs, and each solves by itself.
         backend: Who optimises at a rendezvous: a name in `BACKENDS`.
         message_loss: Share of the messages of the distributed backend that are lost, and sent again.
-        outliers: What guards the optimisation against outliers: a name in `wifipgo.graph.GUARDS`. A gate
-            on direction weighs measurements as they come, so Err_i has its weights; what a loss or
-            PCM lets go at a rendezvous counts in Err_i as before.
+        outliers: What guards the optimisation against outliers: a name in
+            `wifipgo.graph.OUTLIER_METHODS`. A gate on direction weighs measurements as they come, so Err_i
+            has its weights; what a loss or PCM lets go at a rendezvous counts in Err_i as before.
         aoa_factors: Whether directions of robots in the slots, however far, are measurements at every
             iteration: each packet then says where its sender thinks it is.
         aoa_gate_rad: Delta of Eq. 11.
@@ -67,13 +67,13 @@ class GraphConfig:
         pick(BACKENDS, self.backend, "backend")
         loss = self.message_loss
         require(0.0 <= loss < 1.0, "GraphConfig.message_loss", "in [0, 1)", loss)
-        pick(GUARDS, self.outliers, "outlier method")
+        pick(OUTLIER_METHODS, self.outliers, "outlier method")
         pick(THIRD_PARTY, self.third_party, "third_party")
         self._check_together()
 
     def _check_together(self) -> None:
         """Reject values that do not go with each other."""
-        guard, by_robots = GUARDS[self.outliers], self.backend == "distributed"
+        guard, by_robots = OUTLIER_METHODS[self.outliers], self.backend == "distributed"
         if self.estimator == "every_step":
             require(not by_robots, "GraphConfig.backend", "'gtsam' with every_step", self.backend)
             able = guard.loss != "gnc" and guard.gate != "pcm"

@@ -15,7 +15,7 @@ Covariances = Float[np.ndarray, "... 3 3"]
 _IDENTITY = np.eye(3)
 
 
-def lever(d_m: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 3 3"]:
+def offset_jacobian(d_m: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 3 3"]:
     """Matrix that carries an error of a pose to a point ``d_m`` away that is fixed to it."""
     out = np.empty((*d_m.shape[:-1], 3, 3))
     out[...] = _IDENTITY
@@ -24,11 +24,11 @@ def lever(d_m: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 3 3"]:
 
 
 @harmless_underflow
-def carried(
+def transport_covariance(
     covariance: Float[np.ndarray, "... 3 3"], d_m: Float[np.ndarray, "... 2"]
 ) -> Float[np.ndarray, "... 3 3"]:
     """Covariances of poses, at points ``d_m`` away that are fixed to them."""
-    J = lever(d_m)
+    J = offset_jacobian(d_m)
     return J @ covariance @ np.swapaxes(J, -1, -2)
 
 
@@ -45,7 +45,7 @@ def in_world_axes(
 
 
 @harmless_underflow
-def dead_reckoned(
+def propagate_covariance(
     covariance: Float[np.ndarray, "*kinds robots 3 3"],
     before: Float[np.ndarray, "robots 3"],
     after: Float[np.ndarray, "robots 3"],
@@ -62,14 +62,14 @@ def dead_reckoned(
     Returns:
         Of the poses after, in world axes.
     """
-    grown = carried(covariance, after[:, :2] - before[:, :2])
+    grown = transport_covariance(covariance, after[:, :2] - before[:, :2])
     variance = sigma**2
     for axis, noise in enumerate((0, 0, 1)):
         grown[..., axis, axis] += variance[:, noise]
     return grown
 
 
-def from_known_place(
+def covariance_after_closure(
     covariance: Float[np.ndarray, "robots 3 3"],
     d_m: Float[np.ndarray, "robots 2"],
     sigma: Float[np.ndarray, "robots 2"],
@@ -84,13 +84,13 @@ def from_known_place(
     variance = sigma**2
     seen_back = covariance.copy()
     seen_back[:, 2, 2] += variance[:, 1]
-    out = carried(seen_back, d_m)
+    out = transport_covariance(seen_back, d_m)
     out[:, 0, 0] += variance[:, 0]
     out[:, 1, 1] += variance[:, 0]
     return out
 
 
-def before_known_end(
+def propagate_backwards(
     end: Float[np.ndarray, "robots 3 3"],
     p_m: Float[np.ndarray, "robots times 2"],
     sigma: Float[np.ndarray, "robots 2"],
@@ -106,7 +106,7 @@ def before_known_end(
         p_m: Positions.
         sigma: Of odometry.
     """
-    back = carried(end[:, None], p_m - p_m[:, -1:])
+    back = transport_covariance(end[:, None], p_m - p_m[:, -1:])
     n_after = np.arange(p_m.shape[1] - 1, -1, -1.0)[None, :, None]
     first = _sum_after(p_m)
     second = _sum_after(p_m[..., :, None] * p_m[..., None, :])
@@ -139,18 +139,18 @@ def spread_m(covariance: Covariances) -> Float[np.ndarray, "..."]:
     return np.sqrt(covariance[..., 0, 0] + covariance[..., 1, 1])
 
 
-def looseness_m2(covariance: Covariances, *, reach_m: float) -> Float[np.ndarray, "..."]:
+def point_mse_m2(covariance: Covariances, *, reach_m: float) -> Float[np.ndarray, "..."]:
     """Mean squared error of a point ``reach_m`` away from a pose: what two covariances are compared by."""
     return covariance[..., 0, 0] + covariance[..., 1, 1] + reach_m**2 * covariance[..., 2, 2]
 
 
-def tighter(a: Covariances, b: Covariances, *, reach_m: float) -> Covariances:
+def smaller_covariance(a: Covariances, b: Covariances, *, reach_m: float) -> Covariances:
     """The smaller of two covariances, each: they share readings, so they must not be fused as if not."""
-    closer = looseness_m2(a, reach_m=reach_m) <= looseness_m2(b, reach_m=reach_m)
+    closer = point_mse_m2(a, reach_m=reach_m) <= point_mse_m2(b, reach_m=reach_m)
     return np.where(closer[..., None, None], a, b)
 
 
-def own_places(edges: Edges, t: int) -> tuple[Int[np.ndarray, " rows"], Int[np.ndarray, " rows"]]:
+def loop_closures_at(edges: Edges, t: int) -> tuple[Int[np.ndarray, " rows"], Int[np.ndarray, " rows"]]:
     """Robots that measured a place of their own at iteration ``t``, the last, and when they were there.
 
     Measurements are in the order in which they were taken.

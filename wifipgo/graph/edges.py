@@ -24,7 +24,7 @@ class Edges:
         z: Measured ``(x_m, y_m, yaw_rad)`` of the head in the frame of the tail.
         sigma: Standard deviations ``(sigma_t_m, sigma_r_rad)`` of z; sigma_t holds for each axis.
         weight: Factor on the information of z (Eq. 11), in [0, 1]; 0 drops the measurement.
-        told: Pose of the head in the world as its robot last told it to the tail's robot.
+        reported_pose: Pose of the head in the world as its robot last told it to the tail's robot.
             Without meaning where both ends belong to one robot.
     """
 
@@ -33,7 +33,7 @@ class Edges:
     z: Float[np.ndarray, "edges 3"]
     sigma: Float[np.ndarray, "edges 2"]
     weight: Float[np.ndarray, " edges"]
-    told: Float[np.ndarray, "edges 3"]
+    reported_pose: Float[np.ndarray, "edges 3"]
 
     def __len__(self) -> int:
         """Return the number of measurements."""
@@ -43,7 +43,9 @@ class Edges:
     def empty(cls) -> "Edges":
         """Return a graph without measurements."""
         pair, pose = np.zeros((0, 2), dtype=np.int64), np.zeros((0, 3))
-        return cls(tail=pair, head=pair, z=pose, sigma=np.zeros((0, 2)), weight=np.zeros(0), told=pose)
+        return cls(
+            tail=pair, head=pair, z=pose, sigma=np.zeros((0, 2)), weight=np.zeros(0), reported_pose=pose
+        )
 
     @classmethod
     def measured(
@@ -54,7 +56,7 @@ class Edges:
         z: Float[np.ndarray, "edges 3"],
         sigma: Float[np.ndarray, "#edges 2"] | tuple[float, float],
         weight: Float[np.ndarray, " edges"] | float = 1.0,
-        told: Float[np.ndarray, "edges 3"] | None = None,
+        reported_pose: Float[np.ndarray, "edges 3"] | None = None,
     ) -> "Edges":
         """Check new measurements and fill in what they share.
 
@@ -64,7 +66,7 @@ class Edges:
             z: See the class.
             sigma: One row for each measurement, or one pair for all.
             weight: One for each measurement, or one for all.
-            told: May be left out where both ends belong to one robot.
+            reported_pose: May be left out where both ends belong to one robot.
 
         Raises:
             ValueError: A sigma is not > 0, a weight is outside [0, 1], a number is not finite, or a
@@ -78,11 +80,11 @@ class Edges:
         require(bool(sigmas.min(initial=np.inf) > 0.0), "Edges.sigma", "> 0", sigma)
         within = bool(((given >= 0.0) & (given <= 1.0)).all())
         require(within, "Edges.weight", "in [0, 1]", weight)
-        if told is None:
+        if reported_pose is None:
             alone = not (tail[:, 0] != head[:, 0]).any()
-            require(alone, "Edges.told", "given for edges between robots", told)
-            told = np.zeros((n, 3))
-        return cls(tail=tail, head=head, z=z, sigma=sigmas, weight=weights, told=told)
+            require(alone, "Edges.reported_pose", "given for edges between robots", reported_pose)
+            reported_pose = np.zeros((n, 3))
+        return cls(tail=tail, head=head, z=z, sigma=sigmas, weight=weights, reported_pose=reported_pose)
 
     @property
     def between_robots(self) -> Bool[np.ndarray, " edges"]:
@@ -110,14 +112,16 @@ def select(edges: Edges, rows: Bool[np.ndarray, " edges"] | Int[np.ndarray, " ro
 
 
 @harmless_underflow
-def retold(edges: Edges, poses: Float[np.ndarray, "robots times 3"], *, robots: Iterable[int]) -> Edges:
+def refresh_reported(
+    edges: Edges, poses: Float[np.ndarray, "robots times 3"], *, robots: Iterable[int]
+) -> Edges:
     """Let the given robots tell each other their current poses (what a rendezvous exchanges)."""
     among = np.zeros(len(poses), dtype=bool)
     among[list(robots)] = True
     rows = np.flatnonzero(among[edges.tail[:, 0]] & among[edges.head[:, 0]])
-    told = edges.told.copy()
-    told[rows] = poses[edges.head[rows, 0], edges.head[rows, 1]]
-    return replace(edges, told=told)
+    now = edges.reported_pose.copy()
+    now[rows] = poses[edges.head[rows, 0], edges.head[rows, 1]]
+    return replace(edges, reported_pose=now)
 
 
 _NAMES = tuple(f.name for f in fields(Edges))

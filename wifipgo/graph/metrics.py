@@ -34,7 +34,7 @@ def squared_residuals(
     tail = edges.tail[:, 0] * times + edges.tail[:, 1]
     head = edges.head[:, 0] * times + edges.head[:, 1]
     T_world_i = rows.take(tail, axis=0)
-    T_world_j = np.where(edges.between_robots[:, None], edges.told, rows.take(head, axis=0))
+    T_world_j = np.where(edges.between_robots[:, None], edges.reported_pose, rows.take(head, axis=0))
     d = T_world_j - T_world_i
     c, s = np.cos(rows[:, 2]).take(tail), np.sin(rows[:, 2]).take(tail)
     x, y = edges.z[:, 0], edges.z[:, 1]

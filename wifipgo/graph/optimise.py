@@ -101,7 +101,7 @@ def optimise(
             guarded, fixed=fixed, initial=initial, robust=loss, max_iterations=max_iterations
         )
         poses = _put_back(poses, graph, fixed)
-        for down in report.weighed_down:
+        for down in report.downweighted:
             weight[down.rows] = down.weight
         seconds = time.perf_counter() - begin
         outcome = Outcome(poses, weight, (report.iterations,), report.converged, 0, seconds, report.doubt)
@@ -191,7 +191,7 @@ def run(
     Args:
         path: A g2o file, or a folder with one file a robot: 0.g2o, 1.g2o, ...
         backend: One computer by gtsam, or the robots by themselves (two-stage Gauss-Seidel).
-        robust: Guard against outliers, for all measurements but odometry.
+        robust: OutlierMethod against outliers, for all measurements but odometry.
         out: Folder for the results.
         threshold: Movement at which the robots stop, m and rad together.
         initial: Where gtsam's search starts: the file's poses, chordal ones, along the odometry, or the best.

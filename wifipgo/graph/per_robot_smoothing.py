@@ -15,13 +15,20 @@ from wifipgo.graph.anchor_bearings import NO_PINGS, Pings, select_pings
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.config import GraphConfig
 from wifipgo.graph.edges import Edges, select
-from wifipgo.graph.outliers.methods import GUARDS
-from wifipgo.graph.solvers import THIRD_PARTY, TOLD_SIGMA, Learned, News, Smoothers, odometry
+from wifipgo.graph.outliers.methods import OUTLIER_METHODS
+from wifipgo.graph.solvers import (
+    REPORTED_SIGMA,
+    THIRD_PARTY,
+    IncrementalSmoothers,
+    SmootherResult,
+    SmootherUpdate,
+    odometry,
+)
 from wifipgo.graph.solvers._problem import NOTHING
 from wifipgo.se2 import wrap_angle
 
 # A told pose that changed by less, in standard deviations of told poses, is not worth solving again for.
-_SAME_TOLD = 0.5
+_SAME_REPORT = 0.5
 
 
 class Smoothed(NamedTuple):
@@ -49,12 +56,12 @@ class _Told(NamedTuple):
         robot, row, pose, number = (column[~rows] for column in self)
         return _Told(robot, row, pose, number)
 
-    def extended(self, news: list[News], learned: list[Learned], edges: Edges) -> "_Told":
+    def extended(self, news: list[SmootherUpdate], learned: list[SmootherResult], edges: Edges) -> "_Told":
         """Those and more."""
         robot = np.repeat(_numbers(new.robot for new in news), _numbers(len(new.told) for new in news))
         row = np.concatenate([_NONE, *(new.told for new in news)])
         number = _numbers(number for one in learned for number in one.numbers)
-        both = zip(self, (robot, row, edges.told[row], number), strict=True)
+        both = zip(self, (robot, row, edges.reported_pose[row], number), strict=True)
         return _Told(*(np.concatenate(pair) for pair in both))
 
 
@@ -66,7 +73,7 @@ _NONE = np.zeros(0, dtype=np.int64)
 _NOTHING_TOLD = _Told(_NONE, _NONE, np.zeros((0, 3)), _NONE)
 
 
-class Memory:
+class PerRobotSmoothers:
     """The robots' solvers, kept warm from one iteration to the next.
 
     Nothing is known here that the arguments do not say: where they do not follow the last ones, the
@@ -76,11 +83,11 @@ class Memory:
 
     def __init__(self, cfg: GraphConfig) -> None:
         """Know nothing yet."""
-        self._doubts, self._careful = GUARDS[cfg.outliers].loss == "huber", False
+        self._robust, self._use_qr = OUTLIER_METHODS[cfg.outliers].loss == "huber", False
         self._uses_told = THIRD_PARTY[cfg.third_party]
         self._n_times, self._n_edges, self._n_pings, self._told = 0, 0, 0, _NOTHING_TOLD
         self._sent, self._since = np.zeros((0, 0), dtype=np.int64), np.zeros(0, dtype=np.int64)
-        self._smoothers = Smoothers(0, doubts=self._doubts)
+        self._smoothers = IncrementalSmoothers(0, robust=self._robust)
 
     @harmless_underflow
     def smoothed(
@@ -107,8 +114,8 @@ class Memory:
             pings: Directions of robots far away, and where these said they were; new ones come last.
         """
         measured = (edges, bearings, pings)
-        for careful in dict.fromkeys((self._careful, True)):
-            self._careful = careful
+        for use_qr in dict.fromkeys((self._use_qr, True)):
+            self._use_qr = use_qr
             try:
                 return self._solved(estimate, covariance, measured, sent)
             except RuntimeError:  # singular to working precision: one kind of noise far below the other
@@ -130,13 +137,13 @@ class Memory:
         held = sent.copy()
         np.fill_diagonal(held, n_times)
         stale = self._stale(edges, held)
-        wakes = (sent != self._sent).any(axis=1)
+        dirty = (sent != self._sent).any(axis=1)
         recent = select(edges, np.arange(self._n_edges, len(edges)))
-        wakes[recent.tail[~odometry(recent), 0]] = True
-        wakes[self._told.robot[stale]] = True
+        dirty[recent.tail[~odometry(recent), 0]] = True
+        dirty[self._told.robot[stale]] = True
         new_pings = select_pings(pings, np.arange(self._n_pings, len(pings.observer)))
-        wakes[new_pings.observer[:, 0]] = True
-        robots = np.flatnonzero(wakes)
+        dirty[new_pings.observer[:, 0]] = True
+        robots = np.flatnonzero(dirty)
         news = [
             self._news(robot, (edges, bearings, new_pings), held=held[robot], stale=stale)
             for robot in robots.tolist()
@@ -153,7 +160,7 @@ class Memory:
         return Smoothed(solved, covariance)
 
     def _begin(self, n_robots: int) -> None:
-        self._smoothers = Smoothers(n_robots, doubts=self._doubts, careful=self._careful)
+        self._smoothers = IncrementalSmoothers(n_robots, robust=self._robust, use_qr=self._use_qr)
         self._sent = np.zeros((n_robots, n_robots), dtype=np.int64)
         self._n_pings = 0
         self._n_edges, self._since = 0, np.zeros(n_robots, dtype=np.int64)
@@ -161,9 +168,9 @@ class Memory:
 
     def _stale(self, edges: Edges, held: Int[np.ndarray, "robots robots"]) -> Bool[np.ndarray, " told"]:
         """What was told otherwise since, or is part of the graph by now."""
-        apart = edges.told[self._told.row] - self._told.pose
+        apart = edges.reported_pose[self._told.row] - self._told.pose
         apart[:, 2] = wrap_angle(apart[:, 2])
-        changed = (np.abs(apart) > _SAME_TOLD * np.array([TOLD_SIGMA[0], *TOLD_SIGMA])).any(axis=1)
+        changed = (np.abs(apart) > _SAME_REPORT * np.array([REPORTED_SIGMA[0], *REPORTED_SIGMA])).any(axis=1)
         head = edges.head[self._told.row]
         inside: np.ndarray = head[:, 1] < held[self._told.robot, head[:, 0]]
         return changed | inside
@@ -175,7 +182,7 @@ class Memory:
         *,
         held: Int[np.ndarray, " robots"],
         stale: Bool[np.ndarray, " told"],
-    ) -> News:
+    ) -> SmootherUpdate:
         """What a robot learned since it last solved."""
         (edges, bearings, pings), before = measured, self._smoothers.held(robot)
         inner, outer = _new_rows(edges, before, held, own=robot, since=int(self._since[robot]))
@@ -183,12 +190,12 @@ class Memory:
         changed = self._told.row[gone]
         outer = np.append(outer, changed[~_is_held(edges, changed, held)])[: None if self._uses_told else 0]
         inner, outer = (rows[edges.weight[rows] > NOTHING] for rows in (inner, outer))
-        return News(
+        return SmootherUpdate(
             robot=robot,
             held=held,
             between=inner,
             told=outer,
-            forgotten=self._told.number[gone].tolist(),
+            removed=self._told.number[gone].tolist(),
             heard=_new_bearings(bearings, before, held),
             pings=select_pings(pings, pings.observer[:, 0] == robot) if len(pings.observer) else pings,
         )

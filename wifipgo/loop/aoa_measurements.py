@@ -9,11 +9,11 @@ from jaxtyping import Bool, Float, Int
 
 from wifipgo.graph.anchor_bearings import NO_PINGS, Pings
 from wifipgo.graph.bearings import Bearings
-from wifipgo.graph.outliers.methods import GUARDS, direction_weights
+from wifipgo.graph.outliers.methods import OUTLIER_METHODS, direction_weights
 from wifipgo.radio.aoa.estimators import AoaConfig
 from wifipgo.radio.aoa.peaks import Peaks, find_peaks
 from wifipgo.radio.channel.csi import RadioConfig
-from wifipgo.radio.channel.impairments import Standing
+from wifipgo.radio.channel.impairments import EpisodeImpairments
 from wifipgo.radio.links import Links
 from wifipgo.radio.turn_profiles import listen
 from wifipgo.rendezvous import NOBODY, Calls, choose_slots
@@ -47,7 +47,7 @@ def listen_to_team(
     calls: Calls,
     seen: Bool[np.ndarray, "robots robots"],
     yaw_rad: Float[np.ndarray, " robots"],
-    standing: Standing,
+    standing: EpisodeImpairments,
     *,
     scenario: Scenario,
     rng: np.random.Generator,
@@ -55,7 +55,7 @@ def listen_to_team(
     """Profiles of every slot, and of every robot in view where they guard against outliers."""
     n, cfg = len(yaw_rad), scenario.graph
     slots = choose_slots(calls, links.rate_mbit_s, links.esnr_db, scenario.n_slots)
-    wanted = seen & GUARDS[cfg.outliers].listens
+    wanted = seen & OUTLIER_METHODS[cfg.outliers].listens
     robot, slot = np.nonzero(slots != NOBODY)
     wanted[robot, slots[robot, slot]] = True
     receiver, sender = np.nonzero(wanted)
@@ -64,7 +64,7 @@ def listen_to_team(
     profile = _profiles(links, receiver, sender, yaw_rad, standing, scenario=scenario, rng=rng)
     by_slot = np.zeros((*slots.shape, scenario.turn.n_azimuths), dtype=np.float32)
     by_slot[robot, slot] = profile[row[robot, slots[robot, slot]]]
-    made_use_of = cfg.aoa_factors or GUARDS[cfg.outliers].listens
+    made_use_of = cfg.aoa_factors or OUTLIER_METHODS[cfg.outliers].listens
     peaks = find_peaks(profile[: None if made_use_of else 0], n_peaks=scenario.turn.n_peaks)
     return Heard(slots, by_slot, row, profile, peaks)
 
@@ -74,7 +74,7 @@ def _profiles(
     receiver: Int[np.ndarray, " links"],
     sender: Int[np.ndarray, " links"],
     yaw_rad: Float[np.ndarray, " robots"],
-    standing: Standing,
+    standing: EpisodeImpairments,
     *,
     scenario: Scenario,
     rng: np.random.Generator,
@@ -107,7 +107,7 @@ def weights_of(others: RelativePoses, heard: Heard, scenario: Scenario) -> Float
     Where nothing was heard, nothing contradicts the measurement: its weight is 1.
     """
     cfg = scenario.graph
-    guard = GUARDS[cfg.outliers]
+    guard = OUTLIER_METHODS[cfg.outliers]
     if not guard.by_direction or not len(others.z):
         return np.ones(len(others.z))
     peaks = _peaks_along(others, heard)
@@ -125,7 +125,7 @@ def weights_of(others: RelativePoses, heard: Heard, scenario: Scenario) -> Float
 def bearings_of(others: RelativePoses, heard: Heard, scenario: Scenario) -> Bearings:
     """Directions in which the robots that measured each other heard each other, if they are made use of."""
     cfg = scenario.graph
-    if not GUARDS[cfg.outliers].bearings or not len(others.z):
+    if not OUTLIER_METHODS[cfg.outliers].bearings or not len(others.z):
         return Bearings.empty(scenario.turn.n_peaks)
     peaks = _peaks_along(others, heard)
     loud = peaks.height[:, 0] > 0.0

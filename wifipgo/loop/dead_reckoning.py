@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from wifipgo import se2
-from wifipgo.graph.covariance import dead_reckoned
+from wifipgo.graph.covariance import propagate_covariance
 from wifipgo.graph.edges import Edges
 from wifipgo.loop.scene import scene_of
 from wifipgo.scenarios.scenario import Scenario
@@ -34,7 +34,7 @@ def drive(
     p_m = driven.poses[:, :2]
     after = Truth(
         poses=np.concatenate([truth.poses, driven.poses[:, None]], axis=1),
-        bumps=truth.bumps + driven.bumped,
+        collisions=truth.collisions + driven.bumped,
         distance_m=truth.distance_m + se2.length(p_m - before[:, :2]),
         cells=reveal(
             truth.cells, p_m, scene_of(world, truth).faces_m, range_m=scenario.sensing.sensor_range_m
@@ -56,7 +56,7 @@ def dead_reckon(
     before = paths.estimate[:, -1]
     now = se2.compose(before, motion)
     both = np.concatenate([paths.covariance[None], paths.predicted_covariance[None, :, -1]])
-    covariance, predicted = dead_reckoned(both, before, now, sigma)
+    covariance, predicted = propagate_covariance(both, before, now, sigma)
     longer = Paths(
         estimate=_appended(paths.estimate, now),
         covariance=covariance,

@@ -13,18 +13,18 @@ from jaxtyping import Float
 
 from wifipgo.errors import NumericalError
 from wifipgo.graph import (
-    GUARDS,
+    OUTLIER_METHODS,
     Channel,
     DistributedConfig,
     Edges,
-    end_covariances,
-    retold,
+    last_pose_covariances,
+    refresh_reported,
     solve_by_robots,
-    solve_guarded,
+    solve_robust,
 )
 from wifipgo.graph.config import GraphConfig
 from wifipgo.graph.outliers.methods import gate_weights
-from wifipgo.graph.per_robot_smoothing import Memory
+from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
 from wifipgo.rendezvous import NOBODY, due_groups
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import MeasurementLog, Paths, Team
@@ -115,11 +115,11 @@ def _meet(
         return Meeting(paths, log.edges, _bytes_of_news(paths, log, team, group))
     if cfg.backend == "distributed":
         return _solved_by_robots(paths, log, group, cfg=cfg, rng=rng)
-    guard = GUARDS[cfg.outliers]
+    guard = OUTLIER_METHODS[cfg.outliers]
     at_once = replace(guard, gate="none") if guard.by_direction else guard
     n_bytes = _bytes_of_graphs(paths, log, group)
     try:
-        solved, report = solve_guarded(
+        solved, report = solve_robust(
             paths.estimate,
             log.edges,
             log.bearings,
@@ -131,8 +131,8 @@ def _meet(
     except NumericalError:  # what they measured cannot be solved for, so they go on as they were
         return Meeting(paths, log.edges, n_bytes, served=False)
     return Meeting(
-        _optimised(paths, solved, group, report.end_covariances),
-        retold(log.edges, solved, robots=group),
+        _optimised(paths, solved, group, report.last_pose_covariances),
+        refresh_reported(log.edges, solved, robots=group),
         n_bytes,
     )
 
@@ -141,7 +141,7 @@ def _solved_by_robots(
     paths: Paths, log: MeasurementLog, group: list[int], *, cfg: GraphConfig, rng: np.random.Generator
 ) -> Meeting:
     """Let each robot solve for its own poses; what has not converged is not believed."""
-    guard = GUARDS[cfg.outliers]
+    guard = OUTLIER_METHODS[cfg.outliers]
     gate = guard.gate if guard.gate == "pcm" else "none"
     weight = gate_weights(log.edges, None, gate, group)
     edges = replace(log.edges, weight=log.edges.weight * weight)
@@ -162,10 +162,10 @@ def _solved_by_robots(
         return Meeting(paths, log.edges, channel.bytes_sent, served=False)
     known = None
     with suppress(NumericalError):  # then the last ones stay
-        known = end_covariances(solved, edges, robots=group, third_party=cfg.third_party)
+        known = last_pose_covariances(solved, edges, robots=group, third_party=cfg.third_party)
     return Meeting(
         _optimised(paths, solved, group, known),
-        retold(log.edges, solved, robots=group),
+        refresh_reported(log.edges, solved, robots=group),
         channel.bytes_sent,
     )
 
@@ -184,7 +184,7 @@ def _optimised(
 
 
 def solve_at_every_step(
-    paths: Paths, log: MeasurementLog, team: Team, memory: Memory | None
+    paths: Paths, log: MeasurementLog, team: Team, memory: PerRobotSmoothers | None
 ) -> tuple[Paths, MeasurementLog]:
     """Let every robot solve by itself, if they do; those that met tell each other the new poses."""
     if memory is None:
@@ -199,7 +199,7 @@ def solve_at_every_step(
     )
     edges = log.edges
     for group in team.met:
-        edges = retold(edges, estimate, robots=group)
+        edges = refresh_reported(edges, estimate, robots=group)
     return paths._replace(estimate=estimate, covariance=covariance), log._replace(edges=edges)
 
 

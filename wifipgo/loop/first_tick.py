@@ -7,11 +7,11 @@ from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.graph.anchor_bearings import NO_PINGS
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.edges import Edges
-from wifipgo.graph.per_robot_smoothing import Memory
+from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
 from wifipgo.loop.iteration import observe
 from wifipgo.loop.scene import first_scene
-from wifipgo.loop.uncertainty import first_survey
-from wifipgo.radio.channel.impairments import draw_standing
+from wifipgo.loop.uncertainty import first_coverage
+from wifipgo.radio.channel.impairments import draw_episode_impairments
 from wifipgo.rendezvous import NOBODY, no_calls
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Belief, MeasurementLog, Paths, RadioBelief, Sensed, Team, Tick, Truth, World
@@ -37,7 +37,7 @@ def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
 
 def _world(layout: Layout, scenario: Scenario, streams: Streams) -> World:
     """What stands still, and the engines."""
-    standing = draw_standing(
+    standing = draw_episode_impairments(
         scenario.impairments,
         n_robots=scenario.n_robots,
         n_antennas=len(scenario.radio.antennas_m) or 2,
@@ -45,7 +45,7 @@ def _world(layout: Layout, scenario: Scenario, streams: Streams) -> World:
         rng=streams.standing,
     )
     arena = Arena(layout, scenario.arena, turn_rad=scenario.turn.turn_rad)
-    memory = Memory(scenario.graph) if scenario.graph.estimator == "every_step" else None
+    memory = PerRobotSmoothers(scenario.graph) if scenario.graph.estimator == "every_step" else None
     return World(layout, first_scene(layout, scenario), arena, standing, memory)
 
 
@@ -59,7 +59,7 @@ def _first_truth(layout: Layout, world: World, scenario: Scenario) -> Truth:
         range_m=scenario.sensing.sensor_range_m,
     )
     return Truth(
-        poses=layout.starts[:, None], bumps=np.zeros(n, dtype=int), distance_m=np.zeros(n), cells=cells
+        poses=layout.starts[:, None], collisions=np.zeros(n, dtype=int), distance_m=np.zeros(n), cells=cells
     )
 
 
@@ -73,7 +73,7 @@ def _first_belief(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> 
         radio=_silence(scenario),
         sensed=Sensed(np.zeros((n, N_LIDAR_RAYS)), np.zeros((n, 2))),
         team=_strangers(scenario),
-        coverage=first_survey(starts, scenario),
+        coverage=first_coverage(starts, scenario),
         err=np.zeros(n),
     )
 

@@ -85,7 +85,7 @@ def _between_robots(others: RelativePoses, paths: Paths, weight: Float[np.ndarra
         z=others.z,
         sigma=others.sigma,
         weight=weight,
-        told=paths.estimate[others.head[:, 0], others.head[:, 1]],
+        reported_pose=paths.estimate[others.head[:, 0], others.head[:, 1]],
     )
 
 
@@ -104,9 +104,9 @@ def refresh_reported_where_linked(
     if not len(rows):
         return log, 0
     now = estimate[edges.head[rows, 0], edges.head[rows, 1]]
-    new = (now != edges.told[rows]).any(axis=1)
+    new = (now != edges.reported_pose[rows]).any(axis=1)
     if not new.any():
         return log, 0
-    told = edges.told.copy()
+    told = edges.reported_pose.copy()
     told[rows[new]] = now[new]
-    return log._replace(edges=replace(edges, told=told)), BYTES_PER_POSE * int(new.sum())
+    return log._replace(edges=replace(edges, reported_pose=told)), BYTES_PER_POSE * int(new.sum())

@@ -5,20 +5,26 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.graph.covariance import before_known_end, from_known_place, looseness_m2, own_places, tighter
+from wifipgo.graph.covariance import (
+    covariance_after_closure,
+    loop_closures_at,
+    point_mse_m2,
+    propagate_backwards,
+    smaller_covariance,
+)
 from wifipgo.graph.edges import Edges
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Belief, Paths
 from wifipgo.world.coverage import TOLERANCE_M
-from wifipgo.world.coverage_belief import BYTES_PER_SURVEY, Survey, no_survey, surveyed
+from wifipgo.world.coverage_belief import BYTES_PER_COVERAGE, CoverageBelief, covered, no_coverage
 
 
-def first_survey(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> Survey:
+def first_coverage(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> CoverageBelief:
     """What robots see from their starts, which they know."""
-    survey = no_survey(len(starts))
+    survey = no_coverage(len(starts))
     known = np.ones(len(starts))
     size_m = scenario.arena.size_m
-    own = surveyed(
+    own = covered(
         survey.own, np.arange(len(starts)), starts[:, :2], known, size_m=size_m, range_m=_reach_m(scenario)
     )
     return survey._replace(own=own)
@@ -43,7 +49,7 @@ def propagate_uncertainty(before: Belief, after: Belief, scenario: Scenario) -> 
     n_bytes = after.team.bytes_sent
     for group in met:
         coverage = _shared(coverage, group)
-        n_bytes += BYTES_PER_SURVEY * len(group) * (len(group) - 1)
+        n_bytes += BYTES_PER_COVERAGE * len(group) * (len(group) - 1)
     return after._replace(paths=paths, coverage=coverage, team=after.team._replace(bytes_sent=n_bytes))
 
 
@@ -61,21 +67,21 @@ def _reach_m(scenario: Scenario) -> float:
 def _with_loop_closures(paths: Paths, edges: Edges, scenario: Scenario) -> Paths:
     """Places measured again: what an optimisation would make of them."""
     t, sigma = paths.t, scenario.sensing.stated_sigmas(scenario.n_robots)
-    robot, then = own_places(edges, t)
+    robot, then = loop_closures_at(edges, t)
     if not len(robot):
         return paths
     predicted = paths.predicted_covariance.copy()
     back_m = paths.estimate[robot, t, :2] - paths.estimate[robot, then, :2]
-    again = from_known_place(predicted[robot, then], back_m, sigma[robot])
-    predicted[robot, t] = tighter(predicted[robot, t], again, reach_m=_reach_m(scenario))
+    again = covariance_after_closure(predicted[robot, then], back_m, sigma[robot])
+    predicted[robot, t] = smaller_covariance(predicted[robot, t], again, reach_m=_reach_m(scenario))
     return paths._replace(predicted_covariance=predicted)
 
 
 def _known_at_both_ends(paths: Paths, solved: Int[np.ndarray, " solved"], scenario: Scenario) -> Paths:
-    """Poses that were optimised are known from start and end: take what is tighter, pose by pose."""
+    """Poses that were optimised are known from start and end: take the tighter, pose by pose."""
     sigma = scenario.sensing.stated_sigmas(scenario.n_robots)[solved]
-    back = before_known_end(paths.covariance[solved], paths.estimate[solved, :, :2], sigma)
-    tight = tighter(paths.predicted_covariance[solved], back, reach_m=_reach_m(scenario))
+    back = propagate_backwards(paths.covariance[solved], paths.estimate[solved, :, :2], sigma)
+    tight = smaller_covariance(paths.predicted_covariance[solved], back, reach_m=_reach_m(scenario))
     tight[:, -1] = paths.covariance[solved]
     history, predicted = paths.covariance_history.copy(), paths.predicted_covariance.copy()
     history[solved] = predicted[solved] = tight
@@ -83,8 +89,8 @@ def _known_at_both_ends(paths: Paths, solved: Int[np.ndarray, " solved"], scenar
 
 
 def _covered(
-    coverage: Survey, paths: Paths, moved: Bool[np.ndarray, " robots"], scenario: Scenario
-) -> Survey:
+    coverage: CoverageBelief, paths: Paths, moved: Bool[np.ndarray, " robots"], scenario: Scenario
+) -> CoverageBelief:
     """Own maps: with what is seen from the newest poses, or anew where the trajectory moved."""
     own, n_times = coverage.own, paths.t + 1
     if moved.any():
@@ -94,7 +100,7 @@ def _covered(
         own = np.where(moved[:, None, None], np.float32(0.0), own)
     else:
         robot, time = np.arange(len(own)), np.full(len(own), n_times - 1)
-    own = surveyed(
+    own = covered(
         own,
         robot,
         paths.estimate[robot, time, :2],
@@ -113,13 +119,13 @@ def probability_in_place(
     Rayleigh's law, by the mean square error of places at two thirds of the range, the mean distance
     of what is in it; the two directions of an error are taken to be alike.
     """
-    spread_m2 = looseness_m2(covariance, reach_m=2.0 / 3.0 * reach_m)
+    spread_m2 = point_mse_m2(covariance, reach_m=2.0 / 3.0 * reach_m)
     return 1.0 - np.exp(-(TOLERANCE_M**2) / np.maximum(spread_m2, 1e-12))
 
 
-def _shared(coverage: Survey, group: Sequence[int]) -> Survey:
+def _shared(coverage: CoverageBelief, group: Sequence[int]) -> CoverageBelief:
     """Robots that meet send each other all that they know of the room."""
     members = list(group)
-    told = coverage.told.copy()
-    told[members] = coverage.known[members].max(axis=0)
-    return coverage._replace(told=told)
+    received = coverage.received.copy()
+    received[members] = coverage.known[members].max(axis=0)
+    return coverage._replace(received=received)

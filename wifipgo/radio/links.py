@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 
 from wifipgo.radio.channel import csi, rates
 from wifipgo.radio.channel.csi import RadioConfig
-from wifipgo.radio.channel.impairments import Standing
+from wifipgo.radio.channel.impairments import EpisodeImpairments
 from wifipgo.radio.propagation.diffuse_scattering import with_diffuse
 from wifipgo.radio.propagation.paths import Paths, trace_paths
 from wifipgo.radio.propagation.surfaces import Surfaces
@@ -35,7 +35,7 @@ def probe_links(
     p_m: Float[np.ndarray, "robots 2"],
     surfaces: Surfaces,
     cfg: RadioConfig,
-    standing: Standing | None = None,
+    standing: EpisodeImpairments | None = None,
 ) -> Links:
     """Trace the paths of every pair and find which rate each link carries.
 
@@ -61,7 +61,7 @@ def probe_links(
         paths = with_diffuse(paths, p_m[low], p_m[high], standing.diffuse, carrier_hz=cfg.carrier_hz)
     channel = csi.centre_channel(paths, bandwidth_hz=cfg.bandwidth_hz)
     power = channel.real**2 + channel.imag**2
-    carried, shown_db = rates.carried(np.float32(cfg.snr_scale) * power, bandwidth_hz=cfg.bandwidth_hz)
+    carried, shown_db = rates.rate_and_esnr(np.float32(cfg.snr_scale) * power, bandwidth_hz=cfg.bandwidth_hz)
     rate, esnr = carried.take(row), shown_db.take(row)
     itself = slice(None, None, n + 1)
     rate.flat[itself], esnr.flat[itself] = 0.0, -30.0

@@ -13,7 +13,7 @@ from wifipgo.radio.aoa.estimators import AoaConfig, pair_profiles, turn_headings
 from wifipgo.radio.aoa.steering import azimuth_grid, turn_steering
 from wifipgo.radio.channel import csi
 from wifipgo.radio.channel.csi import RadioConfig
-from wifipgo.radio.channel.impairments import ImpairmentConfig, Standing, true_headings
+from wifipgo.radio.channel.impairments import EpisodeImpairments, ImpairmentConfig, true_headings
 from wifipgo.radio.links import Links
 from wifipgo.radio.propagation.paths import Paths
 
@@ -111,7 +111,7 @@ def listen(
     radio: RadioConfig,
     turn: AoaConfig,
     rng: np.random.Generator,
-    standing: Standing | None = None,
+    standing: EpisodeImpairments | None = None,
 ) -> Float[np.ndarray, "links grid"]:
     """Profiles of chosen links from the packets that arrive while the receivers turn.
 
@@ -139,7 +139,7 @@ def listen(
         cfg=cfg,
         chain_rad=None if standing is None or cfg.chain_phase_rad == 0.0 else standing.chain_rad[receiver],
         bandwidth_hz=radio.bandwidth_hz,
-        only_between=True,
+        skip_common_phase=True,
     )
     arrived = _arrived(received, links.rate_mbit_s[receiver, sender] > 0.0, cfg)
     # A subspace needs more packets than dimensions; nothing else asks for more than one.

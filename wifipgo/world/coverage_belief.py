@@ -16,33 +16,33 @@ from wifipgo.world.coverage import inside, window
 
 N_BINS = 16
 # Bytes of a survey as sent: one for each square.
-BYTES_PER_SURVEY = N_BINS**2
+BYTES_PER_COVERAGE = N_BINS**2
 
 
-class Survey(NamedTuple):
+class CoverageBelief(NamedTuple):
     """Probabilities in [0, 1], square by square; x grows along the first axis of a map, y along the second.
 
     Attributes:
         own: From the robot's own trajectory, as it now believes that.
-        told: Greatest of what others sent when they met, as they then had it.
+        received: Greatest of what others sent when they met, as they then had it.
     """
 
     own: Float[np.ndarray, "robots bins bins"]
-    told: Float[np.ndarray, "robots bins bins"]
+    received: Float[np.ndarray, "robots bins bins"]
 
     @property
     def known(self) -> Float[np.ndarray, "robots bins bins"]:
         """Both together."""
-        return np.maximum(self.own, self.told)
+        return np.maximum(self.own, self.received)
 
 
-def no_survey(n_robots: int) -> Survey:
+def no_coverage(n_robots: int) -> CoverageBelief:
     """Nothing was seen yet."""
     nothing = np.zeros((n_robots, N_BINS, N_BINS), dtype=np.float32)
-    return Survey(nothing, nothing)
+    return CoverageBelief(nothing, nothing)
 
 
-def surveyed(
+def covered(
     own: Float[np.ndarray, "robots bins bins"],
     robot: Int[np.ndarray, " poses"],
     p_m: Float[np.ndarray, "poses 2"],
@@ -76,6 +76,6 @@ def surveyed(
     return out
 
 
-def team_share(survey: Survey) -> float:
+def team_share(survey: CoverageBelief) -> float:
     """Mean over the room of the surest that any robot's own map is: the mapped share as robots can tell."""
     return float(survey.own.max(axis=0).sum() / N_BINS**2)

@@ -1,4 +1,4 @@
-r"""Mapped share: the one score of a team.
+r"""MapAccuracy share: the one score of a team.
 
 A cell is *mapped* if the team saw it and its place in the team's map is within half a unit
 of the truth.  Maps are fused as those of real robots are: every sighting puts the cell where
@@ -23,13 +23,13 @@ from wifipgo.world.coverage import TOLERANCE_M, CellMap, Sightings, middles
 Poses = Float[np.ndarray, "robots times 3"]
 
 
-class Mapped(NamedTuple):
+class MapAccuracy(NamedTuple):
     """The team's map beside the truth.
 
     Attributes:
         off_m: Sum over the sightings of each cell of how far they put it off.
         n_sightings: Of each cell.
-        share: Mapped share S, in [0, 1].
+        share: MapAccuracy share S, in [0, 1].
     """
 
     off_m: Float[np.ndarray, "squares 2"]
@@ -37,7 +37,7 @@ class Mapped(NamedTuple):
     share: float
 
 
-def first_map(cells: CellMap, reference: Poses, estimate: Poses) -> Mapped:
+def first_map_accuracy(cells: CellMap, reference: Poses, estimate: Poses) -> MapAccuracy:
     """Map of all that was seen so far.
 
     Args:
@@ -51,13 +51,13 @@ def first_map(cells: CellMap, reference: Poses, estimate: Poses) -> Mapped:
     return _shared(off_m, np.bincount(seen.cell, minlength=n), cells)
 
 
-def updated_map(
-    mapped: Mapped,
+def updated_map_accuracy(
+    mapped: MapAccuracy,
     cells: CellMap,
     reference: Poses,
     before: Float[np.ndarray, "robots before 3"],
     after: Poses,
-) -> Mapped:
+) -> MapAccuracy:
     """Map after an iteration: cells newly seen, and those seen from poses that moved in the estimate.
 
     Args:
@@ -117,8 +117,8 @@ def _offsets(
 
 def _shared(
     off_m: Float[np.ndarray, "squares 2"], count: Int[np.ndarray, " squares"], cells: CellMap
-) -> Mapped:
+) -> MapAccuracy:
     """The map with the share of the free cells that are mapped."""
     close = off_m[:, 0] ** 2 + off_m[:, 1] ** 2 <= (TOLERANCE_M * count) ** 2
     share = np.count_nonzero(close & (count > 0)) / np.count_nonzero(cells.free)
-    return Mapped(off_m, count, share)
+    return MapAccuracy(off_m, count, share)

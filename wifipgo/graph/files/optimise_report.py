@@ -94,10 +94,10 @@ def _write(
     )
     write_tum(folder / "tum", graph, poses)
     write_kitti(folder / "kitti", graph, poses)
-    write_json(folder / REPORT, {**table, "weighed_down": weighed_down(graph, weight)}, allow_nan=True)
+    write_json(folder / REPORT, {**table, "weighed_down": downweighted(graph, weight)}, allow_nan=True)
 
 
-def weighed_down(graph: PoseGraph, weight: Float[np.ndarray, " edges"]) -> list[dict[str, object]]:
+def downweighted(graph: PoseGraph, weight: Float[np.ndarray, " edges"]) -> list[dict[str, object]]:
     """Measurements that a robust method trusted less, by (robot, index) of their ends."""
     keys = keys_of(graph)
     return [

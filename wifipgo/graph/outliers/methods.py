@@ -23,12 +23,12 @@ from wifipgo.graph.outliers.aoa_weights import (
     paper_weights,
     range_aware_weights,
 )
-from wifipgo.graph.solvers import KNOWN_START, Report, WeighedDown, solve
+from wifipgo.graph.solvers import KNOWN_START, Downweighted, Report, solve
 from wifipgo.se2 import wrap_angle
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Guard:
+class OutlierMethod:
     """What guards an optimisation against outliers.
 
     Attributes:
@@ -53,17 +53,17 @@ class Guard:
         return self.bearings or self.by_direction
 
 
-def _guards() -> dict[str, Guard]:
+def _methods() -> dict[str, OutlierMethod]:
     """All combinations by name."""
-    found = {"bearing": Guard(loss="huber", bearings=True)}
+    found = {"bearing": OutlierMethod(loss="huber", bearings=True)}
     gates, losses = ("none", "paper", "range_aware", "pcm"), ("none", "huber", "gnc")
     for gate, loss, bearings in product(gates, losses, (False, True)):
         parts = [part for part in (gate, loss) if part != "none"] + ["bearing"] * bearings
-        found.setdefault("+".join(parts) or "none", Guard(gate=gate, loss=loss, bearings=bearings))
+        found.setdefault("+".join(parts) or "none", OutlierMethod(gate=gate, loss=loss, bearings=bearings))
     return found
 
 
-GUARDS: Mapping[str, Guard] = MappingProxyType(_guards())
+OUTLIER_METHODS: Mapping[str, OutlierMethod] = MappingProxyType(_methods())
 
 
 def direction_weights(
@@ -86,13 +86,13 @@ def direction_weights(
     return np.ones(len(z))
 
 
-def solve_guarded(
+def solve_robust(
     poses: Float[np.ndarray, "robots times 3"],
     edges: Edges,
     bearings: Bearings | None = None,
     *,
     robots: Sequence[int],
-    outliers: str | Guard = "bearing",
+    outliers: str | OutlierMethod = "bearing",
     third_party: str = "fixed_told",
     start_sigma: Float[np.ndarray, "#robots 2"] | tuple[float, float] = KNOWN_START,
     covariances: bool = False,
@@ -105,7 +105,7 @@ def solve_guarded(
         bearings: Directions of arrival. A relative pose whose tail did not hear its head passes a gate
             on direction; a method that does without directions ignores them.
         robots: Who takes part.
-        outliers: A name in `GUARDS`, or a combination of one's own.
+        outliers: A name in `OUTLIER_METHODS`, or a combination of one's own.
         third_party: What an edge to a robot outside does.
         start_sigma: How well first poses are known.
         covariances: Whether the report has those of the last poses.
@@ -116,7 +116,7 @@ def solve_guarded(
     Raises:
         ValueError: The method is unknown, or `wifipgo.graph.solve` refuses.
     """
-    guard = pick(GUARDS, outliers, "outlier method") if isinstance(outliers, str) else outliers
+    guard = pick(OUTLIER_METHODS, outliers, "outlier method") if isinstance(outliers, str) else outliers
     weight = gate_weights(edges, bearings, guard.gate, robots)
     solved, report = solve(
         poses,
@@ -129,8 +129,8 @@ def solve_guarded(
         covariances=covariances,
     )
     low = np.flatnonzero(weight < 1.0)
-    gated = (WeighedDown(guard.gate, low, weight[low]),) if len(low) else ()
-    return solved, report._replace(weighed_down=gated + report.weighed_down)
+    gated = (Downweighted(guard.gate, low, weight[low]),) if len(low) else ()
+    return solved, report._replace(downweighted=gated + report.downweighted)
 
 
 def gate_weights(

@@ -99,8 +99,8 @@ def told_tails(
     """
     variance = edges.sigma**2 / edges.weight[:, None] + told_sigma**2
     shift = np.stack([edges.z[:, 1], -edges.z[:, 0]], axis=-1)
-    T_world_tail = edges.told.copy()
-    T_world_tail[:, 2] = se2.wrap_angle(edges.told[:, 2] - edges.z[:, 2])
+    T_world_tail = edges.reported_pose.copy()
+    T_world_tail[:, 2] = se2.wrap_angle(edges.reported_pose[:, 2] - edges.z[:, 2])
     T_world_tail[:, :2] -= se2.rotate(T_world_tail[:, 2], edges.z[:, :2])
     return T_world_tail, variance, shift
 

@@ -21,7 +21,7 @@ UNKNOWN_START = (
     10.0,
 )  # m, rad: pulls next to nothing, and nothing floats
 NOTHING = 1e-30  # weights up to here leave no information that rounding would not lose
-TOLD_SIGMA = (0.6, 0.2)  # m, rad: least error over random walks of 4 and 10 robots, of 0.001 to 1.5 m
+REPORTED_SIGMA = (0.6, 0.2)  # m, rad: least error over random walks of 4 and 10 robots, of 0.001 to 1.5 m
 
 
 class Problem(NamedTuple):

@@ -17,7 +17,7 @@ from wifipgo.graph.covariance import in_world_axes
 from wifipgo.graph.edges import Edges, select
 from wifipgo.graph.solvers._factors import Models, add, add_bearings, between_factors, keys, told_factors
 from wifipgo.graph.solvers._losses import geman_mcclure
-from wifipgo.graph.solvers._problem import ANCHOR_SIGMA, TOLD_SIGMA, odometry
+from wifipgo.graph.solvers._problem import ANCHOR_SIGMA, REPORTED_SIGMA, odometry
 
 # Variables of robot r start at r times this: an episode has fewer iterations.
 _KEYS_A_ROBOT = 1_000_000
@@ -27,7 +27,7 @@ _RELINEARISE = 0.05  # m, rad: a pose that moved further since is linearised ane
 _SETTLING = 3
 
 
-class News(NamedTuple):
+class SmootherUpdate(NamedTuple):
     """What is new to a robot.
 
     Attributes:
@@ -35,7 +35,7 @@ class News(NamedTuple):
         held: Poses of each robot that are part of its graph from now on: the first so many.
         between: Rows of the measurements between poses of the graph.
         told: Rows of those of poses outside it, which rest on what their robot told.
-        forgotten: Numbers of measurements to drop, as returned before.
+        removed: Numbers of measurements to drop, as returned before.
         heard: Rows of the directions of arrival between poses of the graph.
         pings: Bearings to places that others told.
     """
@@ -44,34 +44,36 @@ class News(NamedTuple):
     held: Int[np.ndarray, " robots"]
     between: Int[np.ndarray, " between"]
     told: Int[np.ndarray, " told"]
-    forgotten: list[int]
+    removed: list[int]
     heard: Int[np.ndarray, " heard"]
     pings: Pings = NO_PINGS
 
 
-class Learned(NamedTuple):
+class SmootherResult(NamedTuple):
     """What came of it: numbers of the measurements that rest on what was told, and the robot's own poses."""
 
     numbers: list[int]
     poses: Float[np.ndarray, "times 3"]
 
 
-class Smoothers:
+class IncrementalSmoothers:
     """One graph a robot, kept solved: its own measurements, and those that others sent."""
 
-    def __init__(self, n_robots: int, *, doubts: bool, careful: bool = False) -> None:
+    def __init__(self, n_robots: int, *, robust: bool, use_qr: bool = False) -> None:
         """Know nothing yet.
 
         Args:
             n_robots: How many there are.
-            doubts: Whether Huber's loss is on all measurements but odometry.
-            careful: Eliminate by QR, not by Cholesky's factors: half as fast, and twice the digits; and
+            robust: Whether Huber's loss is on all measurements but odometry.
+            use_qr: Eliminate by QR, not by Cholesky's factors: half as fast, and twice the digits; and
                 bound the slope of bearings between poses that nearly coincide.
         """
-        self._doubts = doubts
+        self._robust = robust
         self._models: Models = {}
         self._first_key = _KEYS_A_ROBOT * np.arange(n_robots)
-        self._smoothers = [_Smoother(robot, self._first_key, careful=careful) for robot in range(n_robots)]
+        self._smoothers = [
+            _IncrementalSmoother(robot, self._first_key, use_qr=use_qr) for robot in range(n_robots)
+        ]
 
     def held(self, robot: int) -> Int[np.ndarray, " robots"]:
         """Poses of each robot that are part of a robot's graph."""
@@ -82,8 +84,8 @@ class Smoothers:
         poses: Float[np.ndarray, "robots times 3"],
         edges: Edges,
         bearings: Bearings,
-        news: list[News],
-    ) -> tuple[list[Learned], Float[np.ndarray, "news 3 3"]]:
+        news: list[SmootherUpdate],
+    ) -> tuple[list[SmootherResult], Float[np.ndarray, "news 3 3"]]:
         """Let robots take in what is new to each, and solve.
 
         Args:
@@ -100,10 +102,10 @@ class Smoothers:
         """
         between = select(edges, _joined([new.between for new in news]))
         told = select(edges, _joined([new.told for new in news]))
-        doubted = ~odometry(between) & self._doubts
+        doubted = ~odometry(between) & self._robust
         between_all = between_factors(between, self._first_key, doubted, self._models)
-        sigma = np.broadcast_to(np.array(TOLD_SIGMA), (len(told), 2))
-        told_all = told_factors(told, sigma, self._first_key, doubted=self._doubts)
+        sigma = np.broadcast_to(np.array(REPORTED_SIGMA), (len(told), 2))
+        told_all = told_factors(told, sigma, self._first_key, doubted=self._robust)
         cuts = (_cuts([new.between for new in news]), _cuts([new.told for new in news]))
         learned, own_axes = [], np.zeros((len(news), 3, 3))
         for k, (new, inner, outer) in enumerate(zip(news, *cuts, strict=True)):
@@ -111,7 +113,7 @@ class Smoothers:
             numbers = smoother.learn(poses, new, between_all[inner], told_all[outer])
             if len(new.heard):
                 smoother.hear(select_bearings(bearings, new.heard))
-            learned.append(Learned(numbers, smoother.own()))
+            learned.append(SmootherResult(numbers, smoother.own()))
             own_axes[k] = smoother.covariance()
         yaw_rad = np.array([one.poses[-1, 2] for one in learned])
         return learned, in_world_axes(own_axes, yaw_rad)
@@ -126,22 +128,22 @@ def _joined(rows: list[Int[np.ndarray, " _"]]) -> Int[np.ndarray, " all"]:
     return np.concatenate([np.zeros(0, dtype=np.int64), *rows])
 
 
-class _Smoother:
+class _IncrementalSmoother:
     """The graph of one robot."""
 
-    def __init__(self, robot: int, first_key: Int[np.ndarray, " robots"], *, careful: bool) -> None:
+    def __init__(self, robot: int, first_key: Int[np.ndarray, " robots"], *, use_qr: bool) -> None:
         """Know nothing yet.
 
         Args:
             robot: Whose graph it is.
             first_key: Variables of the robots' first poses.
-            careful: Eliminate by QR.
+            use_qr: Eliminate by QR.
         """
-        self._robot, self._first_key, self._careful = robot, first_key, careful
+        self._robot, self._first_key, self._use_qr = robot, first_key, use_qr
         params = gtsam.ISAM2Params()
         params.setRelinearizeThreshold(_RELINEARISE)
         params.relinearizeSkip = 1
-        params.setFactorization("QR" if careful else "CHOLESKY")
+        params.setFactorization("QR" if use_qr else "CHOLESKY")
         self._isam = gtsam.ISAM2(params)
         self._n_points = 0
         self.held = np.zeros(len(first_key), dtype=np.int64)
@@ -149,7 +151,7 @@ class _Smoother:
     def learn(
         self,
         poses: Float[np.ndarray, "robots times 3"],
-        news: News,
+        news: SmootherUpdate,
         between: list[gtsam.NonlinearFactor],
         told: list[gtsam.NonlinearFactor],
     ) -> list[int]:
@@ -159,7 +161,7 @@ class _Smoother:
         graph, values = self._new_poses(poses, news.held)
         self._add_pings(graph, values, news.pings)
         add(graph, [*between, *told])
-        result = self._isam.update(graph, values, news.forgotten)
+        result = self._isam.update(graph, values, news.removed)
         self.held = news.held
         self._settle(others_came)
         numbers: list[int] = result.getNewFactorsIndices()
@@ -171,7 +173,7 @@ class _Smoother:
         A loss that lets go of what does not fit must not choose what it fits.
         """
         graph = gtsam.NonlinearFactorGraph()
-        add_bearings(graph, bearings, self._first_key, near=self._careful)
+        add_bearings(graph, bearings, self._first_key, near=self._use_qr)
         self._isam.update(graph, gtsam.Values())
         self._settle(True)
 

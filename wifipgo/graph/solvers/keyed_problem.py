@@ -6,7 +6,7 @@ from jaxtyping import Float, Int
 from wifipgo.graph.chordal import matrices, pose_rows, two_stage
 from wifipgo.graph.edges import Edges, select
 from wifipgo.graph.posegraph import PoseGraph, pose_graph
-from wifipgo.graph.solvers._problem import TOLD_SIGMA, Problem
+from wifipgo.graph.solvers._problem import REPORTED_SIGMA, Problem
 
 
 def keyed_problem(
@@ -23,13 +23,13 @@ def keyed_problem(
     inner = select(edges, taken & inside[edges.head[:, 0]])
     outer = select(edges, taken & ~inside[edges.head[:, 0]] & told)
     outside = np.stack([outer.tail[:, 0], -1 - np.arange(len(outer))], axis=1)
-    sigma = np.concatenate([inner.sigma, np.hypot(outer.sigma, np.array(TOLD_SIGMA))])
+    sigma = np.concatenate([inner.sigma, np.hypot(outer.sigma, np.array(REPORTED_SIGMA))])
     own = np.stack(np.meshgrid(team, np.arange(poses.shape[1]), indexing="ij"), axis=-1).reshape(-1, 2)
     keys = np.concatenate([own, outside])
     graph = pose_graph(
         robot=keys[:, 0],
         index=keys[:, 1],
-        poses=np.concatenate([poses[team].reshape(-1, 3), outer.told]),
+        poses=np.concatenate([poses[team].reshape(-1, 3), outer.reported_pose]),
         tail=np.concatenate([inner.tail, outer.tail]),
         head=np.concatenate([inner.head, outside]),
         z=np.concatenate([inner.z, outer.z]),

@@ -13,17 +13,17 @@ from wifipgo.graph.solvers._banded_cholesky import begun, covariances
 from wifipgo.graph.solvers._elimination import named
 from wifipgo.graph.solvers._gauss_newton import SingularError
 from wifipgo.graph.solvers._gtsam_search import as_values, covariances_of
-from wifipgo.graph.solvers._problem import KNOWN_START, TOLD_SIGMA, Problem, build, name_of, posed
+from wifipgo.graph.solvers._problem import KNOWN_START, REPORTED_SIGMA, Problem, build, name_of, posed
 
 
 @harmless_underflow
-def end_covariances(
+def last_pose_covariances(
     poses: Float[np.ndarray, "robots times 3"],
     edges: Edges,
     *,
     robots: Sequence[int],
     third_party: str = "fixed_told",
-    told_sigma: Float[np.ndarray, "#edges 2"] | tuple[float, float] = TOLD_SIGMA,
+    told_sigma: Float[np.ndarray, "#edges 2"] | tuple[float, float] = REPORTED_SIGMA,
     start_sigma: Float[np.ndarray, "#robots 2"] | tuple[float, float] = KNOWN_START,
 ) -> Float[np.ndarray, "team 3 3"]:
     """Covariance of the last pose of each participant, given what they measured and were told.

@@ -21,7 +21,7 @@ from wifipgo.graph.solvers._losses import BEARING_C, LOSSES, geman_mcclure_weigh
 from wifipgo.graph.solvers._problem import (
     ANCHOR_SIGMA,
     KNOWN_START,
-    TOLD_SIGMA,
+    REPORTED_SIGMA,
     Problem,
     build,
     name_of,
@@ -29,7 +29,7 @@ from wifipgo.graph.solvers._problem import (
 )
 from wifipgo.graph.solvers.keyed_problem import chordal_start
 from wifipgo.graph.solvers.marginals import last_rows
-from wifipgo.graph.solvers.report import Report, WeighedDown
+from wifipgo.graph.solvers.report import Downweighted, Report
 from wifipgo.threads import one_thread
 
 INITIAL: Mapping[str, str] = MappingProxyType(
@@ -51,7 +51,7 @@ def solve(
     *,
     robots: Sequence[int],
     third_party: str = "fixed_told",
-    told_sigma: Float[np.ndarray, "#edges 2"] | tuple[float, float] = TOLD_SIGMA,
+    told_sigma: Float[np.ndarray, "#edges 2"] | tuple[float, float] = REPORTED_SIGMA,
     loss: str = "none",
     bearings: Bearings | None = None,
     start_sigma: Float[np.ndarray, "#robots 2"] | tuple[float, float] = KNOWN_START,
@@ -77,8 +77,9 @@ def solve(
             a loss that lets go of what does not fit must not choose what it fits. Two robots
             of which one has most of its bearings of the other let go then do without (ours).
         start_sigma: How well first poses are known, (m, rad), for all robots or one row each.
-        covariances: Whether the report has those of the last poses; see `wifipgo.graph.end_covariances`.
-            It has none, and calls nothing converged, where they are beyond working precision.
+        covariances: Whether the report has those of the last poses; see
+            `wifipgo.graph.last_pose_covariances`. It has none, and calls nothing converged, where they are
+            beyond working precision.
         initial: Where the search starts, one of `INITIAL`. Only "best" compares two starts, at more than
             twice the time.
 
@@ -188,7 +189,7 @@ def _put_back(
     return solved
 
 
-def _let_go(loss: str, problem: Problem, found: Found | Lowest) -> tuple[WeighedDown, ...]:
+def _let_go(loss: str, problem: Problem, found: Found | Lowest) -> tuple[Downweighted, ...]:
     """Edges that the loss weighs less than squares would."""
     if isinstance(found, Lowest) or loss == "none":
         return ()
@@ -199,7 +200,7 @@ def _let_go(loss: str, problem: Problem, found: Found | Lowest) -> tuple[Weighed
         loss_of = [found.graph.at(k).error(found.values) for k in doubted]
         weight[problem.doubted] = huber_weight(np.array(loss_of))
     low = weight < 1.0
-    return (WeighedDown(loss, problem.rows[low], weight[low]),) if low.any() else ()
+    return (Downweighted(loss, problem.rows[low], weight[low]),) if low.any() else ()
 
 
 def _with_bearings(
@@ -208,7 +209,7 @@ def _with_bearings(
     bearings: Bearings,
     problem: Problem,
     edges: Edges,
-) -> tuple[Float[np.ndarray, "robots times 3"], Found | Lowest, tuple[WeighedDown, ...]]:
+) -> tuple[Float[np.ndarray, "robots times 3"], Found | Lowest, tuple[Downweighted, ...]]:
     """Add bearings to a first solution, and search on from there; again without pairs that disown theirs."""
     heard = _heard(bearings, problem.first_key)
     kept, solved, found = heard, poses, first
@@ -224,7 +225,7 @@ def _with_bearings(
     off = bearing_residuals(solved, bearings)[heard] / bearings.sigma_rad[heard]
     weight = np.where(np.isin(heard, kept), geman_mcclure_weight(off), 0.0)
     low = (np.abs(off) > BEARING_C) | (weight == 0.0)
-    return solved, found, (WeighedDown("bearing", heard[low], weight[low]),) if low.any() else ()
+    return solved, found, (Downweighted("bearing", heard[low], weight[low]),) if low.any() else ()
 
 
 def _heard_too(

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 
-class WeighedDown(NamedTuple):
+class Downweighted(NamedTuple):
     """Measurements that an outlier method trusted less than their noise says.
 
     Attributes:
@@ -35,7 +35,7 @@ class Report(NamedTuple):
     chi2_after: float
     n_used: int
     n_dropped: int
-    weighed_down: tuple[WeighedDown, ...] = ()
-    end_covariances: Float[np.ndarray, "team 3 3"] | None = None
+    downweighted: tuple[Downweighted, ...] = ()
+    last_pose_covariances: Float[np.ndarray, "team 3 3"] | None = None
     converged: bool = True
     doubt: str = ""

@@ -31,7 +31,7 @@ from wifipgo.graph.solvers._elimination import (
     truncated,
 )
 from wifipgo.graph.solvers._keyed_factors import HUBER_KNEE, ORDER, factors_of, name_of, rows_of, values_of
-from wifipgo.graph.solvers.report import Report, WeighedDown
+from wifipgo.graph.solvers.report import Downweighted, Report
 from wifipgo.threads import one_thread
 
 METHODS: Mapping[str, str] = MappingProxyType({"lm": "Levenberg-Marquardt", "gn": "Gauss-Newton"})
@@ -117,8 +117,8 @@ def solve_graph(
     rows = graph.poses if start is None else normalised(start)
     found = _from(_Task(graph, fixed, method, robust, max_iterations), rows, initial)
     down = np.flatnonzero((found.weight < FULL_WEIGHT) & (graph.weight > 0.0))
-    weighed = (WeighedDown(robust, down, found.weight[down]),) if len(down) else ()
-    return found.rows, found.report._replace(weighed_down=weighed)
+    weighed = (Downweighted(robust, down, found.weight[down]),) if len(down) else ()
+    return found.rows, found.report._replace(downweighted=weighed)
 
 
 def _from(task: _Task, rows: Float[np.ndarray, "poses dims"], initial: str) -> _Optimum:

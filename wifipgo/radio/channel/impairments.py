@@ -2,7 +2,7 @@
 
 Errors of the heading decide where the antennas really are, the diffuse cluster adds paths, and
 the rest happens in the receiver (`wifipgo.radio.channel.receiver`). What is drawn once for an episode is
-`Standing`; multipath is never drawn per packet.
+`EpisodeImpairments`; multipath is never drawn per packet.
 """
 
 from collections.abc import Mapping
@@ -69,7 +69,7 @@ _LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
 )
 
 
-class Standing(NamedTuple):
+class EpisodeImpairments(NamedTuple):
     """Impairments of an episode: the configuration, and what was drawn once.
 
     Attributes:
@@ -83,9 +83,9 @@ class Standing(NamedTuple):
     diffuse: Diffuse | None
 
 
-def draw_standing(
+def draw_episode_impairments(
     cfg: ImpairmentConfig, *, n_robots: int, n_antennas: int, size_m: float, rng: np.random.Generator
-) -> Standing:
+) -> EpisodeImpairments:
     """Draw what holds for a whole episode in a room of ``size_m`` x ``size_m``."""
     chain_rad = cfg.chain_phase_rad * rng.standard_normal((n_robots, n_antennas))
     chain_rad[:, 0] = 0.0
@@ -94,7 +94,7 @@ def draw_standing(
         diffuse = draw_diffuse(
             ratio=cfg.diffuse_ratio, spread_rad=cfg.diffuse_spread_rad, size_m=size_m, rng=rng
         )
-    return Standing(cfg, chain_rad, diffuse)
+    return EpisodeImpairments(cfg, chain_rad, diffuse)
 
 
 def true_headings(

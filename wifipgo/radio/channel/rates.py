@@ -120,7 +120,7 @@ def _flat_snr_db(places: _Places, modulation: int) -> Float[np.ndarray, " links"
 
 
 @np.errstate(under="ignore")
-def carried(
+def rate_and_esnr(
     snr: Float[np.ndarray, "links subcarriers"], *, bandwidth_hz: float = 20e6
 ) -> tuple[Float[np.ndarray, " links"], Float[np.ndarray, " links"]]:
     """Rate of each link, and its effective SNR for 64-QAM.

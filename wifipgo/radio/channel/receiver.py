@@ -100,7 +100,7 @@ def received_csi(
     cfg: ImpairmentConfig | None = None,
     chain_rad: Float[np.ndarray, "links antennas"] | None = None,
     bandwidth_hz: float = 20e6,
-    only_between: bool = False,
+    skip_common_phase: bool = False,
 ) -> Complex[np.ndarray, "links antennas positions subcarriers"]:
     """CSI as the receiver reports it.
 
@@ -111,7 +111,7 @@ def received_csi(
         cfg: What goes wrong; the defaults of `ImpairmentConfig` without.
         chain_rad: Phase offset of each link's receive chains; none without.
         bandwidth_hz: That of the channel's subcarriers.
-        only_between: The caller only compares antennas of one packet and subcarrier, so that what
+        skip_common_phase: The caller only compares antennas of one packet and subcarrier, so that what
             the oscillator and the timing do to both cancels: it is drawn, but not put on.
 
     Returns:
@@ -125,7 +125,7 @@ def received_csi(
     if cfg.common_phase or cfg.timing_jitter_s > 0.0:
         table = _oscillator_table(cfg.common_phase, cfg.timing_jitter_s, bandwidth_hz)
         drawn = rng.integers(len(table), size=(len(channel), channel.shape[2]))
-        if not only_between or cfg.agc or cfg.int8:  # which look at I and Q
+        if not skip_common_phase or cfg.agc or cfg.int8:  # which look at I and Q
             received *= table.take(drawn, axis=0)[:, None]
     if cfg.packet_loss > 0.0:
         arrives = rng.random((len(channel), channel.shape[2]), dtype=np.float32) >= cfg.packet_loss
