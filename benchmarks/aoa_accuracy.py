@@ -18,6 +18,7 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -40,7 +41,7 @@ from wifipgo.radio.propagation.paths import Paths, surfaces_of, trace_paths
 from wifipgo.se2 import wrap_angle
 
 RADIO, TURN = csi.RadioConfig(), aoa.AoaConfig()
-ESTIMATORS = ("ratio", "product", "music")
+ESTIMATORS = tuple(sorted(aoa.ESTIMATORS))
 K_FACTORS_DB = (10.0, 6.0, 3.0, 0.0)
 MATERIALS = ("brick", "concrete", "glass", "metal")
 SHADOWS = ("plasterboard", "brick", "concrete")
@@ -48,9 +49,10 @@ ROOM_M = (12.0, 6.0)
 SNRS_DB = (-5.0, 0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0)
 BLOCK = 500  # worlds in memory at once
 SNR_DB, MAX_DELAY_S, GROSS_DEG = 20.0, 100e-9, 20.0
-# Okabe and Ito's palette, which colour-blind readers tell apart.
-COLOURS = dict(zip(ESTIMATORS, ("#D55E00", "#0072B2", "#009E73"), strict=True))
-MARKERS = dict(zip(ESTIMATORS, "os^", strict=True))
+# Okabe and Ito's palette, which colour-blind readers tell apart; further estimators begin it again.
+_PALETTE = ("#009E73", "#0072B2", "#D55E00", "#CC79A7", "#E69F00", "#56B4E9")
+COLOURS = dict(zip(ESTIMATORS, cycle(_PALETTE), strict=False))
+MARKERS = dict(zip(ESTIMATORS, cycle("^soDvP"), strict=False))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

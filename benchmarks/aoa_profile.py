@@ -23,8 +23,8 @@ from rich.console import Console
 
 from wifipgo.atomic_files import write_json
 from wifipgo.radio import aoa
+from wifipgo.radio.aoa.confidence import confidence
 from wifipgo.radio.channel import csi
-from wifipgo.radio.confidence import confidence
 
 RADIO, TURN = csi.RadioConfig(), aoa.AoaConfig()
 AZIMUTH_RAD = np.deg2rad([60.0, -100.0, 165.0])

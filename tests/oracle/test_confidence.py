@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from wifipgo.radio.aoa.confidence import confidence
 from wifipgo.radio.aoa.steering import azimuth_grid
-from wifipgo.radio.confidence import confidence
 
 GRID = azimuth_grid(720)
 
@@ -37,6 +37,7 @@ def test_nothing_and_flat_profiles_are_not_trusted() -> None:
     np.testing.assert_allclose(found.width_rad, 2.0 * np.pi)
     np.testing.assert_array_equal(found.sidelobe_ratio, 1.0)
     np.testing.assert_allclose(found.variance, 1.0)
+    np.testing.assert_allclose(found.expected_error_rad, 0.5 * np.pi)
 
 
 def test_a_peak_that_never_falls_to_half_is_as_wide_as_the_circle() -> None:

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from wifipgo.radio import aoa
-from wifipgo.radio.aoa.confidence import expected_errors_rad
+from wifipgo.radio.aoa.confidence import confidence, expected_errors_rad
 from wifipgo.radio.channel import rates
 from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.impairments import ImpairmentConfig, draw_episode_impairments
-from wifipgo.radio.confidence import confidence
 from wifipgo.radio.links import probe_links
 from wifipgo.radio.propagation.diffuse_scattering import with_diffuse
 from wifipgo.radio.propagation.materials import Slab

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo.errors import require
-from wifipgo.radio.aoa.estimators import AoaConfig, pair_profiles, turn_headings
+from wifipgo.radio.aoa.estimators import AoaConfig, least_packets, pair_profiles, turn_headings
 from wifipgo.radio.aoa.steering import azimuth_grid, turn_steering
 from wifipgo.radio.channel import csi
 from wifipgo.radio.channel.csi import RadioConfig
@@ -142,7 +142,5 @@ def listen(
         skip_common_phase=True,
     )
     arrived = _arrived(received, links.rate_mbit_s[receiver, sender] > 0.0, cfg)
-    # A subspace needs more packets than dimensions; nothing else asks for more than one.
-    least = turn.n_paths + 1 if turn.aoa_estimator == "music" else 1
-    received[arrived < least] = 0.0
+    received[arrived < least_packets(turn)] = 0.0
     return _profiles(received, arrived, schedule, turn)

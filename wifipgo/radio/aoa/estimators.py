@@ -5,9 +5,9 @@ a plane wave from azimuth ``g`` is ``2 pi gap / lambda cos(g - heading)``; compa
 what was received with that steering vector for every ``g`` gives the profile. All
 links of a step share one turn, so all profiles are one matrix product.
 
-This module has the antenna pair and the choice of estimator. What it stands on is good
-for any aperture: `wifipgo.radio.aoa.steering`, `bartlett`, `music`, `peaks`, `confidence`
-and, for what accuracy is possible, `theory`.
+This module has the antenna pair and the table of estimators; a new one is a row of it. What
+it stands on is good for any aperture: `wifipgo.radio.aoa.steering`, `bartlett`, `music`,
+`peaks`, `confidence` and, for what accuracy is possible, `cramer_rao`.
 """
 
 from collections.abc import Callable, Mapping
@@ -52,7 +52,7 @@ class AoaConfig:
         turn_rad: Angle by which a robot turns in place at the end of an iteration.
         n_positions: Packets that arrive during a turn.
         n_azimuths: Directions of a profile, a multiple of 72 up to 7200.
-        aoa_estimator: A name in `ESTIMATORS`: "product", "ratio" (the paper's) or "music".
+        aoa_estimator: A name in `wifipgo.radio.aoa.ESTIMATORS`; "ratio" is the paper's.
         n_peaks: Highest peaks of a profile that count as directions of a neighbour (N of Eq. 10).
         n_paths: Paths of MUSIC's signal subspace.
     """
@@ -136,9 +136,72 @@ def pair_snapshots(
     return product.swapaxes(1, 2).astype(np.complex64)
 
 
-PairSignal = Callable[[np.ndarray], np.ndarray]
-ESTIMATORS: Mapping[str, PairSignal] = MappingProxyType(
-    {"music": pair_snapshots, "product": product_signal, "ratio": ratio_signal}
+def _bartlett(
+    signal: Complex[np.ndarray, "links positions"],
+    steering: Complex[np.ndarray, "positions grid"],
+    cfg: AoaConfig,
+) -> Float[np.ndarray, "links grid"]:
+    """Share of the signal's power that each direction explains."""
+    return bartlett_profiles(signal, steering)
+
+
+def _music(
+    snapshots: Complex[np.ndarray, "links subcarriers positions"],
+    steering: Complex[np.ndarray, "positions grid"],
+    cfg: AoaConfig,
+) -> Float[np.ndarray, "links grid"]:
+    """Share of each steering vector in the signal subspace, of as many paths as a link spans."""
+    return music_profiles(snapshots, steering, n_paths=cfg.n_paths, fewer=True)
+
+
+def _one_packet(cfg: AoaConfig) -> int:
+    """A single vector needs no more."""
+    return 1
+
+
+def _one_more_than_paths(cfg: AoaConfig) -> int:
+    """A subspace needs more packets than dimensions."""
+    return cfg.n_paths + 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimator:
+    """An angle-of-arrival estimator of an antenna pair.
+
+    Attributes:
+        snapshots: Of the CSI of a turn ``(links, 2, positions, subcarriers)``; links come first.
+        spectrum: Profile ``(links, grid)`` in [0, 1] of those snapshots, given the steering vectors
+            ``(positions, grid)`` and the configuration. An estimator that finds directions and no
+            spectrum, as ESPRIT, gives lines at its directions. What heard nothing gets zeros.
+        least_packets: Packets of a turn below which a link counts as not heard.
+        meaning: In words.
+    """
+
+    snapshots: Callable[[np.ndarray], np.ndarray]
+    spectrum: Callable[[np.ndarray, np.ndarray, AoaConfig], np.ndarray]
+    least_packets: Callable[[AoaConfig], int] = _one_packet
+    meaning: str
+
+
+ESTIMATORS: Mapping[str, Estimator] = MappingProxyType(
+    {
+        "music": Estimator(
+            snapshots=pair_snapshots,
+            spectrum=_music,
+            least_packets=_one_more_than_paths,
+            meaning="the signal subspace of the subcarriers' products (Schmidt 1986)",
+        ),
+        "product": Estimator(
+            snapshots=product_signal,
+            spectrum=_bartlett,
+            meaning="Bartlett's spectrum of the antennas' product, summed over subcarriers",
+        ),
+        "ratio": Estimator(
+            snapshots=ratio_signal,
+            spectrum=_bartlett,
+            meaning="Bartlett's spectrum of the channel ratio: the paper's Eq. 5 up to a monotone map",
+        ),
+    }
 )
 
 
@@ -150,14 +213,13 @@ def pair_profiles(
 ) -> Float[np.ndarray, "links grid"]:
     """Profiles of an antenna pair by the estimator that the configuration names, in [0, 1].
 
-    ``ratio`` is paper Eq. 5 up to a monotone map (`eq5_profiles`), ``product`` the default,
-    ``music`` the subspace of the subcarriers' products; of a link that spans fewer dimensions than
-    ``cfg.n_paths``, as without noise or after losses, the subspace of as many as it spans.
-
     Raises:
-        ValueError: If ``music`` gets fewer subcarriers or packets than its subspace takes.
+        ValueError: If the estimator gets fewer subcarriers or packets than it takes.
     """
-    signal = ESTIMATORS[cfg.aoa_estimator](csi)
-    if signal.ndim == 2:
-        return bartlett_profiles(signal, steering)
-    return music_profiles(signal, steering, n_paths=cfg.n_paths, fewer=True)
+    estimator = ESTIMATORS[cfg.aoa_estimator]
+    return estimator.spectrum(estimator.snapshots(csi), steering, cfg)
+
+
+def least_packets(cfg: AoaConfig) -> int:
+    """Packets of a turn below which the estimator that the configuration names is not defined."""
+    return ESTIMATORS[cfg.aoa_estimator].least_packets(cfg)
