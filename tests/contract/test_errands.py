@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from dying import Errand, compute, fail_oddly
+from support.dying import Errand, compute, fail_oddly
 
 from baselines.evaluation import errands
 from baselines.evaluation.errands import answer, carried_out, packed

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from dying import Errand, compute, keep
+from support.dying import Errand, compute, keep
 
 from baselines.evaluate import EvaluateConfig, evaluate, main
 from baselines.evaluation.executors import EXECUTORS, Executor, Work, WorkerDiedError

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from house.project_files import ROOT
+from support.project_files import ROOT
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads /proc")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from graphs import between, compose, small
+from support.graphs import between, compose, small
 
 from wifipgo import se3
 from wifipgo.errors import NumericalError

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from data_dir import data_dir
-from synthetic_run import write_run
+from support.data_dir import data_dir
+from support.synthetic_run import write_run
 
 BENCHMARK = Path(__file__).resolve().parents[2] / "benchmarks" / "real_csi.py"
 SPOTS_M = {"tx2": (-2.4, 2.6, 0.7), "tx3": (2.5, -2.6, 0.5)}

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from data_dir import data_dir
+from support.data_dir import data_dir
 
 from baselines.evaluation import jobs
 from baselines.evaluation.jobs import EpisodesFailedError, Task

@@ -31,7 +31,7 @@ def blas_threads() -> set[int]:
 
 def test_threads_of_the_caller_change_nothing() -> None:
     """Teams with four links and more, whose profiles' product more threads would split."""
-    one, two = (run_with(n, "-m", "threads_found") for n in (1, 2))
+    one, two = (run_with(n, "-m", "support.threads_found") for n in (1, 2))
     assert len(one.stdout.splitlines()) == 2
     assert one.stdout == two.stdout
     assert (one.stderr, two.stderr) == ("[1]\n", "[2]\n")  # given back after the episode

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from toy_team import ToyTeam
+from support.toy_team import ToyTeam
 
 pytest.importorskip("stable_baselines3")
 

@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 import pytest
-from house.project_files import ROOT
+from support.project_files import ROOT
 
 from baselines.reproduce._figures import FIGURES
 from baselines.reproduce._page import BEGIN, page, with_summary

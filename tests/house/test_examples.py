@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from house.project_files import ROOT
+from support.project_files import ROOT
 
 from envs.rendezvous_v0 import parallel_env
 

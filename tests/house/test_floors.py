@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from house.project_files import FLOORS, ROOT, nodes, python_files
+from support.project_files import FLOORS, ROOT, nodes, python_files
 
 ONLY_IMPORTER = {"pymunk": "wifipgo/world/arena.py", "gtsam": "wifipgo/graph/solvers/"}
 LEARNING = {"gymnasium", "pettingzoo", "stable_baselines3", "torch", "ray"}

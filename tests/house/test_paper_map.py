@@ -11,7 +11,7 @@ import re
 from typing import NamedTuple
 
 import pytest
-from house.project_files import ROOT, syntax
+from support.project_files import ROOT, syntax
 
 COLUMNS = ["Paper", "Function", "Test", "Departures"]
 FUNCTION = re.compile(r"(?P<module>(?:wifipgo|envs|baselines|train)(?:\.\w+)*):(?P<name>\w+(?:\.\w+)*)")

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import pytest
-from house.project_files import FLOORS, ROOT, nodes, python_files, syntax
+from support.project_files import FLOORS, ROOT, nodes, python_files, syntax
 
 SHIPPED = (*FLOORS, "benchmarks", "examples")
 ALL = (*SHIPPED, "tests")

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from graphs import compose, random_graph, small
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.stats import chi2
+from support.graphs import compose, random_graph, small
 
 from wifipgo.errors import UnknownNameError
 from wifipgo.graph.accuracy import aligned, nees, rmse_rot, rmse_trans, rpe

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from image_method import Face, all_paths
-from polyominoes import grown, outline
+from support.image_method import Face, all_paths
+from support.polyominoes import grown, outline
 
 from wifipgo.radio.propagation.materials import MATERIALS, SPEED_OF_LIGHT_M_S, Material, Slab
 from wifipgo.radio.propagation.paths import Paths, Surfaces, surfaces_of, trace_paths

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from data_dir import data_dir
+from support.data_dir import data_dir
 
 from benchmarks.oracle_paths import OracleConfig, main
 from benchmarks.reference_paths import compare, read_references

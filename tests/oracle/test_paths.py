@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from data_dir import data_dir
+from support.data_dir import data_dir
 
 from wifipgo.radio.propagation.materials import (
     MATERIALS,

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from graphs import random_graph
 from scipy import stats
+from support.graphs import random_graph
 
 from wifipgo.graph.consistency import _chains as team_chains
 from wifipgo.graph.consistency import loop_chi2

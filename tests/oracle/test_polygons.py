@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from polyominoes import grown, outline, solid
 from scipy.spatial import ConvexHull
+from support.polyominoes import grown, outline, solid
 
 from wifipgo.world.map_checks import check_apart
 from wifipgo.world.polygons import area_m2, convex_parts, inside_polygon, is_simple

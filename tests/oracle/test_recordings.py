@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from data_dir import data_dir
+from support.data_dir import data_dir
 
 from wifipgo.radio.aoa import azimuth_grid, bartlett_profiles, displacement_steering, find_peaks
 from wifipgo.radio.aoa.confidence import least_confident

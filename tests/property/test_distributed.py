@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from graphs import random_graph
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.graphs import random_graph
 
 from wifipgo import se2, se3
 from wifipgo.graph.chordal import chordal_cost, chordal_optimum, links, matrices, two_stage

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from synthetic_run import STAMP, write_run
+from support.synthetic_run import STAMP, write_run
 
 from wifipgo.radio.recordings.__main__ import bearing, main
 from wifipgo.radio.recordings.intel5300 import BLOCK_BYTES, STOCK, CsiLog, encode_csi_log, read_csi_log

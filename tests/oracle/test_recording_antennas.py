@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from synthetic_run import STAMP, write_run
+from support.synthetic_run import STAMP, write_run
 
 from wifipgo.errors import BadInputError
 from wifipgo.radio.aoa.moving_aperture import ApertureConfig

@@ -5,8 +5,8 @@ import shutil
 from pathlib import Path
 
 import pytest
-from data_dir import data_dir
-from graphs import random_graph
+from support.data_dir import data_dir
+from support.graphs import random_graph
 
 from benchmarks.multi_robot_g2o import G2oConfig, main
 from wifipgo.graph.files.g2o import write_g2o

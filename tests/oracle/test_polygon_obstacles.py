@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from polyominoes import Cell, grown, outline, solid
+from support.polyominoes import Cell, grown, outline, solid
 
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.radio.propagation.materials import SPEED_OF_LIGHT_M_S, Slab

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from graphs import random_graph
+from support.graphs import random_graph
 
 from wifipgo.errors import TextFileError
 from wifipgo.graph.files.tum_kitti import read_kitti, read_tum, write_kitti, write_tum

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from data_dir import data_dir
-from graphs import between, compose, random_graph, small
 from scipy.stats import chi2
+from support.data_dir import data_dir
+from support.graphs import between, compose, random_graph, small
 
 from wifipgo import se2, se3
 from wifipgo.errors import UnknownNameError

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from graphs import random_graph
+from support.graphs import random_graph
 
 from wifipgo import se2
 from wifipgo.errors import NumericalError

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from graphs import random_graph
+from support.graphs import random_graph
 
 from wifipgo.errors import GraphFileError, TextFileError
 from wifipgo.graph.files.g2o import read_g2o, write_g2o

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import wild_drives
 from gymnasium import spaces
-from wild_drives import GROUPS, HARD, SMALL, WHOLE, Trial, check_within
+from support import wild_drives
+from support.wild_drives import GROUPS, HARD, SMALL, WHOLE, Trial, check_within
 
 ROOT = Path(__file__).parents[2]
 SHORT = {"n_steps": 25}

@@ -1,4 +1,4 @@
-"""Prints digests of episodes, and the threads that are left afterwards: run by `contract/test_threads`."""
+"""Prints digests of episodes, and the threads that are left afterwards: run by `contract/test_threads.py`."""
 
 import sys
 from hashlib import sha256

@@ -1,0 +1,1 @@
+"""What tests share: makers of graphs, shapes and recordings, independent answers, readers of the project."""
