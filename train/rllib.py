@@ -98,7 +98,7 @@ def train(config: RllibConfig, *, console: Console | None = None) -> Network:
     console = console or Console(quiet=True)
     scenario = scenario_named(config.scenario)
     make_interface(config.interface, scenario)
-    ray = load_ray(config.ray_address, extra="rllib", module="ray.rllib")
+    ray = load_ray(config.ray_address, what="train.rllib", extra="rllib", modules=("torch", "ray.rllib"))
     with joined(ray, config.ray_address, n_cpus=cores()):
         _check_runners(config.n_runners, int(ray.cluster_resources().get("CPU", 0)))
         _claim(config)

@@ -4,12 +4,13 @@ import importlib
 import os
 import socket
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from ipaddress import ip_address
 from typing import Any
 
-from wifipgo.errors import BadInputError, MissingExtraError
+from wifipgo.errors import BadInputError
+from wifipgo.extras import load_extra
 from wifipgo.processes import THREADS
 
 _PATIENCE_S = 10.0
@@ -17,7 +18,9 @@ _SETTINGS = {"log_to_driver": False, "logging_level": "error"}
 _TOKEN = "if it asks for a token, set RAY_AUTH_MODE=token and RAY_AUTH_TOKEN or RAY_AUTH_TOKEN_PATH here too"
 
 
-def load_ray(address: str, *, extra: str = "ray", module: str = "ray") -> Any:
+def load_ray(
+    address: str, *, what: str = "--executor ray", extra: str = "ray", modules: Sequence[str] = ()
+) -> Any:
     """The Ray library, loaded only when it is asked for, and what its own cluster listens on decided before.
 
     Raises:
@@ -27,12 +30,8 @@ def load_ray(address: str, *, extra: str = "ray", module: str = "ray") -> Any:
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
     if not address:  # no other computer is to join, so it takes the loopback on every system
         os.environ.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")
-    try:
-        importlib.import_module(module)
-        return importlib.import_module("ray")
-    except ImportError as problem:
-        missing = f"{module} is not installed: install the extra '{extra}' (pip install 'wifipgo[{extra}]')"
-        raise MissingExtraError(missing) from problem
+    load_extra(what, extra, "ray", *modules)
+    return importlib.import_module("ray")
 
 
 @contextmanager

@@ -10,11 +10,12 @@ import tyro
 
 from baselines.evaluation.config import SCENARIO
 from baselines.evaluation.episodes import trial_seed
-from baselines.film.video import KINDS, check_target, require_extra
+from baselines.film.video import KINDS, check_target
 from baselines.policies import make_policy
 from envs.render.config import DEFAULT_HEIGHT_PX, RenderConfig
 from wifipgo.coerce import settings
 from wifipgo.errors import require
+from wifipgo.extras import find_extra
 from wifipgo.overrides import Overrides
 from wifipgo.scenarios import Scenario, scenario_named
 
@@ -87,10 +88,10 @@ def checked(config: WatchConfig) -> Scenario:
     make_policy(config.policy, scenario)
     if config.out is not None:
         check_target("out", config.out, KINDS, overwrite=config.overwrite)
-        require_extra("a film", "video", "pygame", "imageio", "imageio_ffmpeg")
+        find_extra("a film", "video", "pygame", "imageio", "imageio_ffmpeg")
     if config.rerun is not None:
         check_target("rerun", config.rerun, _RECORDINGS, overwrite=config.overwrite)
-        require_extra("a recording", "viz", "rerun")
+        find_extra("a recording", "viz", "rerun")
     return scenario
 
 

@@ -1,7 +1,6 @@
 """Films and stills on disk: there whole or not at all."""
 
 import errno
-import importlib.util
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
@@ -12,18 +11,11 @@ import numpy as np
 from jaxtyping import UInt8
 
 from wifipgo.atomic_files import appearing
-from wifipgo.errors import MissingExtraError, pick, require
+from wifipgo.errors import pick, require
 
 Frame = UInt8[np.ndarray, "height width 3"]
 Add = Callable[[np.ndarray], None]
 _HOLD_S = 2.0  # how long a film stays on its last picture
-
-
-def require_extra(what: str, extra: str, *modules: str) -> None:
-    """Raise `MissingExtraError` unless all modules are installed."""
-    if any(importlib.util.find_spec(module) is None for module in modules):
-        needs = f"{what} needs packages that are not installed"
-        raise MissingExtraError(f"{needs}: pip install 'wifipgo[{extra}]'")
 
 
 def check_target(field: str, path: Path, kinds: Mapping[str, object], *, overwrite: bool) -> None:

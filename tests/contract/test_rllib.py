@@ -63,7 +63,7 @@ def test_without_rllib_it_says_what_to_install(
 
     monkeypatch.setattr(importlib, "import_module", absent)
     assert main(["--out", str(tmp_path / "out")]) == 2
-    assert "wifipgo[rllib]" in capsys.readouterr().err
+    assert "pip install -e '.[rllib]'" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 

@@ -27,7 +27,8 @@ from train import _checkpoints, _learning_curve, _rollouts
 from train._config import HELD_OUT_SEED, EnvsConfig, ImitationConfig, PpoConfig, SelectionConfig, TrainConfig
 from train._config_files import read_yaml
 from train._model_arrays import arrays_of
-from train.ppo import Run, digest, main, train
+from train.ppo import main
+from train.training import Run, digest, train
 from wifipgo.errors import BadInputError
 from wifipgo.folder_lock import held
 

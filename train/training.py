@@ -1,0 +1,247 @@
+"""The training of `train.ppo`: imitation if asked for, PPO, checkpoints, learning curve."""
+
+from functools import partial
+from hashlib import sha256
+from pathlib import Path
+
+import pandas as pd
+import torch
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from stable_baselines3 import PPO
+from stable_baselines3.common.logger import configure
+from stable_baselines3.common.vec_env import VecNormalize
+
+from baselines.policies import make_policy
+from train._callback import Between
+from train._checkpoints import TRAINING, Checkpoints, State, read_state, read_training
+from train._config import TrainConfig
+from train._config_files import changed_fields, command_of, record_of
+from train._dagger import imitate
+from train._export import exported
+from train._learning_curve import Curve, arrays_of_table, table_of
+from train._model_arrays import arrays_of, restore
+from train._rays_policy import RaysPolicy
+from train._rollouts import environments, scenarios_of
+from train._versions import versions
+from train._yaml import read_settings, written
+from wifipgo.atomic_files import write_json, write_text
+from wifipgo.errors import require
+from wifipgo.folder_lock import held
+from wifipgo.results_folder import begin, check_replaceable, is_of, note, remove
+from wifipgo.scenarios import Scenario
+from wifipgo.terminal import say
+from wifipgo.threads import one_thread
+
+__all__ = ["Run", "digest", "train"]
+
+# Each time a run is continued, its worlds follow another root.
+_RESUMED = 7_919
+_KIND = "train.ppo"
+_FILES = ("config.yaml", "versions.json", "curve.parquet", "curve.png", "tensorboard/")
+
+
+@one_thread
+def train(config: TrainConfig, *, console: Console | None = None) -> "Run":
+    """Train, or continue, and leave checkpoints, curve and settings in ``config.out``.
+
+    Call it under ``if __name__ == "__main__":`` where environments have workers.
+
+    Raises:
+        ValueError: A setting that is refused, or a checkpoint that does not fit; nothing was changed.
+        OSError: A folder that cannot be written.
+    """
+    torch.set_num_threads(1)  # small networks: more threads cost more than they bring, and order sums anew
+    with held(config.out):
+        run = Run(config, console or Console(quiet=True))
+        try:
+            run.go()
+        finally:
+            run.norm.close()
+    return run
+
+
+class Run:
+    """One training: model, environments, checkpoints and where it stands."""
+
+    def __init__(self, config: TrainConfig, console: Console) -> None:
+        """Claim the folder, make the environments, take up the last checkpoint if there is one to."""
+        self.config, self._console = config, console
+        self.scenario = scenarios_of(config)[0]
+        self.checkpoints = Checkpoints(config.out)
+        _check(config, self.scenario)
+        _claim(config)
+        start = self._checked_start() if config.resume else None
+        _write_record(config)
+        self.norm = environments(config, config.seed)
+        self.model = _model(config, self.norm)
+        self.state, self.best, table = State(), -1.0, None
+        if start is not None:
+            table = self._continue(start)
+        self.curve = Curve(config.out, self.scenario, config.selection, table)
+        self.model.set_logger(configure(str(config.out / "tensorboard"), ["tensorboard"]))
+
+    def _checked_start(self) -> Path:
+        """Checkpoint to go on from, if it fits; says so if it is not the last one."""
+        folder, problem = self.checkpoints.latest_intact()
+        self.checkpoints.check(folder, self.scenario)
+        record = self.config.out / "config.yaml"
+        changed = changed_fields(read_settings(record).values, record_of(self.config))
+        require(not changed, "resume", f"given with the settings of {record}", changed[:3])
+        if problem:
+            say(self._console, f"{problem}; going on from {folder.name}, the one before it")
+        return folder
+
+    def _continue(self, start: Path) -> pd.DataFrame | None:
+        """Take up a checkpoint; what was written after it is of networks that are lost.
+
+        Returns:
+            Scores up to there, if they are of the same worlds.
+        """
+        arrays = read_training(start)
+        restore(arrays, self.model, self.norm, where=str(start / TRAINING))
+        self.checkpoints.point("last", start)
+        self.state = read_state(start)
+        self.model.num_timesteps = self.state.agent_steps
+        self.norm.seed(self.config.seed + _RESUMED * (self.state.agent_steps + self.state.imitated))
+        best = self.checkpoints.mend_best(start)
+        table = table_of(arrays, self.config.selection, where=str(start / TRAINING))
+        self.best = best if table is not None else -1.0
+        return table
+
+    def go(self) -> None:
+        """Imitate if asked to, then PPO; evaluate on the way and at the end."""
+        config = self.config
+        say(self._console, f"{self.scenario.name}, seed {config.seed}: results in {config.out}")
+        with _bar(self._console) as progress:
+            if config.imitation.policy and not self.state.imitated:
+                self._imitate(progress)
+            if self.state.agent_steps < config.ppo.agent_steps:
+                self._improve(progress)
+        say(self._console, f"weights at the end: sha256 {digest(self.model)}")
+        say(self._console, f"best mean mapped share on the worlds of the selection: {self.best:.3f}")
+        best = self.checkpoints.path("best") / "policy.npz"
+        say(self._console, f"run it: python -m baselines.evaluate --policies active,ppo:path={best}")
+
+    def evaluated(self, updates: int) -> float:
+        """Score of the model as it is; saves it, as the best if it is."""
+        steps, imitated = self.model.num_timesteps, self.state.imitated
+        network = exported(
+            self.model,
+            self.norm,
+            self.scenario,
+            interface=self.config.envs.interface,
+            origin={
+                "command": command_of(self.config),
+                "settings": record_of(self.config),
+                "agent_steps": steps,
+                "imitated": imitated,
+                "versions": versions(),
+            },
+        )
+        score = self.curve.evaluated(network, imitated + steps)
+        self.state = State(agent_steps=steps, imitated=imitated, updates=updates, score=score)
+        arrays = arrays_of(self.model, self.norm) | arrays_of_table(self.curve.table)
+        self.checkpoints.save(arrays, network, self.state, best=score > self.best)
+        self.best = max(self.best, score)
+        self.curve.write()  # last: a run that is killed before leaves no scores of a network that is lost
+        say(self._console, f"{imitated + steps:>9} agent-steps: mapped share {score:.3f}")
+        return score
+
+    def _imitate(self, progress: Progress) -> None:
+        cfg = self.config.imitation
+        task = progress.add_task(f"imitating {cfg.policy}", total=cfg.rounds * cfg.agent_steps)
+        steps = imitate(self.model, self.norm, self.config, on_step=partial(progress.advance, task))
+        self.state = State(imitated=steps)
+        self.evaluated(0)
+
+    def _improve(self, progress: Progress) -> None:
+        total, done = self.config.ppo.agent_steps, self.state.agent_steps
+        task = progress.add_task("PPO", total=total, completed=done)
+        between = Between(
+            self.config, updates=self.state.updates, progress=progress, task=task, evaluate=self.evaluated
+        )
+        self.model.learn(total - done, callback=between, reset_num_timesteps=done == 0)
+        self.evaluated(between.updates)
+
+
+def _model(config: TrainConfig, norm: VecNormalize) -> PPO:
+    """PPO with the network of the interface, its weights drawn from the seed."""
+    cfg, hidden = config.ppo, list(config.ppo.hidden)
+    rays = config.envs.interface == "rays"
+    plain = {"net_arch": {"pi": hidden, "vf": hidden}, "activation_fn": torch.nn.Tanh, "log_std_init": -0.5}
+    return PPO(
+        RaysPolicy if rays else "MlpPolicy",
+        norm,
+        learning_rate=partial(_rate, cfg.learning_rate),
+        n_steps=cfg.n_steps,
+        batch_size=cfg.batch_size,
+        n_epochs=cfg.n_epochs,
+        gamma=cfg.gamma,
+        gae_lambda=cfg.gae_lambda,
+        clip_range=cfg.clip_range,
+        ent_coef=cfg.ent_coef,
+        vf_coef=cfg.vf_coef,
+        max_grad_norm=cfg.max_grad_norm,
+        target_kl=cfg.target_kl or None,
+        policy_kwargs={"hidden": hidden} if rays else plain,
+        seed=config.seed,
+        device="cpu",
+    )
+
+
+def digest(model: PPO) -> str:
+    """Fingerprint of all weights, to the bit: two runs of one seed have the same."""
+    weights = model.policy.state_dict()
+    parts = [weights[name].numpy().tobytes() for name in sorted(weights)]
+    return sha256(b"".join(parts)).hexdigest()[:16]
+
+
+def _rate(first: float, left: float | int) -> float:
+    """Learning rate by the share of the training that is left: down to a tenth in a straight line."""
+    return first * (0.1 + 0.9 * min(max(left, 0.0), 1.0))
+
+
+def _check(config: TrainConfig, scenario: Scenario) -> None:
+    """Refuse, before anything runs or is written, what could not run.
+
+    Raises:
+        ValueError: A scripted policy that does not exist, or batches that do not divide what is collected.
+    """
+    for spec in (*config.selection.policies, config.imitation.policy):
+        if spec:
+            make_policy(spec, scenario)
+    rows, n_steps = config.envs.n_envs * scenario.n_robots, config.ppo.n_steps
+    rule = f"a divisor of {rows * n_steps}, what {rows} agents collect in ppo.n_steps={n_steps}"
+    require(rows * n_steps % config.ppo.batch_size == 0, "ppo.batch_size", rule, config.ppo.batch_size)
+
+
+def _claim(config: TrainConfig) -> None:
+    """See that a run in the folder may be continued, or remove it if it is to be replaced.
+
+    Raises:
+        BadInputError: There is a run and no leave to replace or continue it, or something that is no run.
+        OSError: The folder cannot be written.
+    """
+    out = config.out
+    if config.resume:
+        Checkpoints(out).path()
+        require(is_of(out, _KIND), "out", "a folder of train.ppo, with its manifest.jsonl", str(out))
+    elif out.exists() and any(out.iterdir()):
+        rule = "new or empty (--resume continues a run, --overwrite replaces it)"
+        require(config.overwrite and is_of(out, _KIND), "out", rule, str(out))
+        check_replaceable(out, _KIND)
+        remove(out, _KIND)
+
+
+def _write_record(config: TrainConfig) -> None:
+    """Make the folder and write the settings down."""
+    begin(config.out, _KIND)
+    note(config.out, _FILES)
+    write_text(config.out / "config.yaml", written(record_of(config)))
+    write_json(config.out / "versions.json", versions())
+
+
+def _bar(console: Console) -> Progress:
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    return Progress(*columns, console=Console(stderr=True, quiet=console.quiet))
