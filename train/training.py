@@ -23,12 +23,13 @@ from train._learning_curve import Curve, arrays_of_table, table_of
 from train._model_arrays import arrays_of, restore
 from train._rays_policy import RaysPolicy
 from train._rollouts import environments, scenarios_of
+from train._run_folder import claim
 from train._versions import versions
 from train._yaml import read_settings, written
 from wifipgo.atomic_files import write_json, write_text
 from wifipgo.errors import require
 from wifipgo.folder_lock import held
-from wifipgo.results_folder import begin, check_replaceable, is_of, note, remove
+from wifipgo.results_folder import begin, note
 from wifipgo.scenarios import Scenario
 from wifipgo.terminal import say
 from wifipgo.threads import one_thread
@@ -70,7 +71,9 @@ class Run:
         self.scenario = scenarios_of(config)[0]
         self.checkpoints = Checkpoints(config.out)
         _check(config, self.scenario)
-        _claim(config)
+        if config.resume:
+            self.checkpoints.path()
+        claim(config.out, _KIND, resume=config.resume, overwrite=config.overwrite)
         start = self._checked_start() if config.resume else None
         _write_record(config)
         self.norm = environments(config, config.seed)
@@ -214,24 +217,6 @@ def _check(config: TrainConfig, scenario: Scenario) -> None:
     rows, n_steps = config.envs.n_envs * scenario.n_robots, config.ppo.n_steps
     rule = f"a divisor of {rows * n_steps}, what {rows} agents collect in ppo.n_steps={n_steps}"
     require(rows * n_steps % config.ppo.batch_size == 0, "ppo.batch_size", rule, config.ppo.batch_size)
-
-
-def _claim(config: TrainConfig) -> None:
-    """See that a run in the folder may be continued, or remove it if it is to be replaced.
-
-    Raises:
-        BadInputError: There is a run and no leave to replace or continue it, or something that is no run.
-        OSError: The folder cannot be written.
-    """
-    out = config.out
-    if config.resume:
-        Checkpoints(out).path()
-        require(is_of(out, _KIND), "out", "a folder of train.ppo, with its manifest.jsonl", str(out))
-    elif out.exists() and any(out.iterdir()):
-        rule = "new or empty (--resume continues a run, --overwrite replaces it)"
-        require(config.overwrite and is_of(out, _KIND), "out", rule, str(out))
-        check_replaceable(out, _KIND)
-        remove(out, _KIND)
 
 
 def _write_record(config: TrainConfig) -> None:
