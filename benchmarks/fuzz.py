@@ -19,8 +19,10 @@ import numpy as np
 
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
-from wifipgo.graph import ERR_WEIGHTS, OUTLIER_METHODS, THIRD_PARTY
 from wifipgo.graph.config import BACKENDS, ESTIMATORS
+from wifipgo.graph.metrics import ERR_WEIGHTS
+from wifipgo.graph.outliers.methods import OUTLIER_METHODS
+from wifipgo.graph.solvers import THIRD_PARTY
 from wifipgo.radio.aoa import ESTIMATORS as AOA_ESTIMATORS
 from wifipgo.radio.channel.bands import BANDS
 from wifipgo.radio.propagation.materials import MATERIALS

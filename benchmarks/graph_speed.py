@@ -28,7 +28,8 @@ from rich.table import Table
 
 from wifipgo import se2
 from wifipgo.atomic_files import write_json
-from wifipgo.graph import Edges, last_pose_covariances, select, solve
+from wifipgo.graph.edges import Edges, select
+from wifipgo.graph.solvers import last_pose_covariances, solve
 
 SIGMA, RANGE_M, STEP_M, N_NEW = (0.1, np.deg2rad(3.0)), 2.2, 2.0, 10
 PAIRS = (10, 25, 50)  # poses of each robot

@@ -30,7 +30,8 @@ from baselines.policies import make_policy
 from envs._observation import observe
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
 from wifipgo.atomic_files import write_json
-from wifipgo.graph import residual_error, solve
+from wifipgo.graph.metrics import residual_error
+from wifipgo.graph.solvers import solve
 from wifipgo.radio.links import probe_links
 from wifipgo.radio.turn_profiles import listen
 from wifipgo.rendezvous import NOBODY

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Int8
 
-from wifipgo.graph import ate_rot, ate_trans
+from wifipgo.graph.metrics import ate_rot, ate_trans
 from wifipgo.state import Tick
 from wifipgo.world.coverage_belief import team_share
 

@@ -1,38 +1,45 @@
 """The paper as a library: world, radio and graph, joined by one loop.
 
-The names below are the face; everything else is found in the module that it belongs to.
+The names below are the face: a scenario, its loop, and the errors of what comes out. Each wing has a
+face of its own (`wifipgo.world`, `wifipgo.radio`, `wifipgo.graph`); everything else is found in the
+module that it belongs to.
 """
 
-from wifipgo.errors import RecordingError, UnknownNameError
-from wifipgo.graph import Edges, ate_rot, ate_trans, residual_error, solve
+from typing import TYPE_CHECKING
+
+from wifipgo.errors import BadInputError, NumericalError
+from wifipgo.former_names import answer_to_former_names, of_face
+from wifipgo.graph.edges import Edges
+from wifipgo.graph.metrics import ate_rot, ate_trans, residual_error
+from wifipgo.graph.solvers import solve
 from wifipgo.loop import advance, start
-from wifipgo.radio.aoa import AoaConfig, bartlett_profiles, find_peaks
-from wifipgo.radio.propagation.paths import surfaces_of, trace_paths
 from wifipgo.scenarios import SCENARIOS, Scenario, scenario_named
 from wifipgo.state import Belief, Commands, Tick, Truth
 from wifipgo.streams import Streams
+from wifipgo.version import version
 
 __all__ = [
     "SCENARIOS",
-    "AoaConfig",
+    "BadInputError",
     "Belief",
     "Commands",
     "Edges",
-    "RecordingError",
+    "NumericalError",
     "Scenario",
     "Streams",
     "Tick",
     "Truth",
-    "UnknownNameError",
     "advance",
     "ate_rot",
     "ate_trans",
-    "bartlett_profiles",
-    "find_peaks",
     "residual_error",
     "scenario_named",
     "solve",
     "start",
-    "surfaces_of",
-    "trace_paths",
 ]
+
+__version__ = version()
+
+answer_to_former_names()
+if not TYPE_CHECKING:
+    __getattr__ = of_face(__name__)

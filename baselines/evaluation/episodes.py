@@ -12,7 +12,7 @@ from jaxtyping import Float, Shaped
 from baselines.policies import Oracle, Policy, make_policy
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.atomic_files import read_sealed, write_sealed
-from wifipgo.graph import ate_rot, ate_trans
+from wifipgo.graph.metrics import ate_rot, ate_trans
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World

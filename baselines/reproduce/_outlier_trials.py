@@ -14,10 +14,10 @@ from baselines.reproduce.encounters import EncounterConfig
 from envs.rendezvous_v0 import parallel_env
 from wifipgo import se2
 from wifipgo.atomic_files import read_sealed, write_sealed
-from wifipgo.graph import solve_robust
 from wifipgo.graph.bearings import bearing_residuals, heard_along
 from wifipgo.graph.edges import select
 from wifipgo.graph.outliers.aoa_weights import bearing, likelihood
+from wifipgo.graph.outliers.methods import solve_robust
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick
 

@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks import graph_speed
 from wifipgo import se2
-from wifipgo.graph import solve_team
+from wifipgo.graph.solvers import solve_team
 
 
 def test_walks_are_connected_and_odometry_leads_to_the_start(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from wifipgo import se2
-from wifipgo.graph import Edges, select, solve
+from wifipgo.graph import Edges, solve
+from wifipgo.graph.edges import select
 from wifipgo.graph.solvers import _banded_cholesky as banded
 from wifipgo.graph.solvers._gtsam_search import as_values, covariances_of, least_squares
 from wifipgo.graph.solvers._linearised import Poses, squares

@@ -5,7 +5,9 @@ import pytest
 
 from wifipgo import se2
 from wifipgo.errors import UnknownNameError
-from wifipgo.graph import Bearings, Edges, extended, last_pose_covariances, select, solve
+from wifipgo.graph import Edges, extended, last_pose_covariances, solve
+from wifipgo.graph.bearings import Bearings
+from wifipgo.graph.edges import select
 
 SIGMA = (0.1, 0.05)
 

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from wifipgo import se2
-from wifipgo.graph import NO_PINGS, Bearings, Edges, Pings, extended, last_pose_covariances, select, solve
+from wifipgo.graph import Edges, extended, last_pose_covariances, solve
+from wifipgo.graph.anchor_bearings import NO_PINGS, Pings
+from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.config import GraphConfig
+from wifipgo.graph.edges import select
 from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
 
 SIGMA = (0.1, 0.05)

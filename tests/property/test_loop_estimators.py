@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from wifipgo.errors import UnknownNameError
-from wifipgo.graph import IncrementalSmoothers, ate_trans, residual_error, solve
+from wifipgo.graph import ate_trans, residual_error, solve
 from wifipgo.graph.config import GraphConfig
 from wifipgo.graph.distributed.simulated_team import solve_by_robots
+from wifipgo.graph.solvers import IncrementalSmoothers
 from wifipgo.loop import advance, start
 from wifipgo.loop.exchange import BYTES_PER_PING
 from wifipgo.rendezvous import RendezvousConfig

@@ -12,19 +12,14 @@ import numpy as np
 from jaxtyping import Float
 
 from wifipgo.errors import NumericalError
-from wifipgo.graph import (
-    OUTLIER_METHODS,
-    Channel,
-    DistributedConfig,
-    Edges,
-    last_pose_covariances,
-    refresh_reported,
-    solve_by_robots,
-    solve_robust,
-)
+from wifipgo.graph import DistributedConfig
 from wifipgo.graph.config import GraphConfig
-from wifipgo.graph.outliers.methods import gate_weights
+from wifipgo.graph.distributed import Channel
+from wifipgo.graph.distributed.simulated_team import solve_by_robots
+from wifipgo.graph.edges import Edges, refresh_reported
+from wifipgo.graph.outliers.methods import OUTLIER_METHODS, gate_weights, solve_robust
 from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
+from wifipgo.graph.solvers import last_pose_covariances
 from wifipgo.rendezvous import NOBODY, due_groups
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import MeasurementLog, Paths, Team

@@ -1,5 +1,8 @@
 """Solvers of pose graphs. The only folder that imports gtsam, whose objects never leave it."""
 
+from typing import TYPE_CHECKING
+
+from wifipgo.former_names import of_face
 from wifipgo.graph.solvers._losses import LOSSES
 from wifipgo.graph.solvers._problem import KNOWN_START, REPORTED_SIGMA, THIRD_PARTY, UNKNOWN_START, odometry
 from wifipgo.graph.solvers.incremental import IncrementalSmoothers, SmootherResult, SmootherUpdate
@@ -23,3 +26,6 @@ __all__ = [
     "solve",
     "solve_team",
 ]
+
+if not TYPE_CHECKING:
+    __getattr__ = of_face(__name__)
