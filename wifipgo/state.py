@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Int
 from wifipgo.graph.anchor_bearings import Pings
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.edges import Edges
-from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
+from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers, Smoothing
 from wifipgo.radio.channel.impairments import EpisodeImpairments
 from wifipgo.radio.propagation.surfaces import Surfaces
 from wifipgo.rendezvous import Calls
@@ -44,14 +44,15 @@ class World(NamedTuple):
         scene: What of them stands where.
         arena: The physics engine; it starts every drive from the tick.
         standing: What is wrong with the radio in this episode.
-        memory: Solvers that robots keep warm, where they solve at every iteration.
+        smoothers: Solvers that robots keep warm, where they solve at every step; each solve goes on from the
+            tick.
     """
 
     layout: Layout
     scene: Scene
     arena: Arena
     standing: EpisodeImpairments
-    memory: PerRobotSmoothers | None = None
+    smoothers: PerRobotSmoothers | None = None
 
 
 class Commands(NamedTuple):
@@ -78,12 +79,14 @@ class Paths(NamedTuple):
         covariance: Of each robot's last pose, (x_m, y_m, yaw_rad) in world axes, as it can know it.
         covariance_history: Covariance of each pose of the estimate as it stands.
         predicted_covariance: The same once what is recorded is optimised: loop closures count at once.
+        smoothing: What each robot's solver knows, where robots solve at every step.
     """
 
     estimate: Float[np.ndarray, "robots times 3"]
     covariance: Float[np.ndarray, "robots 3 3"]
     covariance_history: Float[np.ndarray, "robots times 3 3"]
     predicted_covariance: Float[np.ndarray, "robots times 3 3"]
+    smoothing: Smoothing | None = None
 
     @property
     def t(self) -> int:

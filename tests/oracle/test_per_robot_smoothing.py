@@ -11,7 +11,7 @@ from wifipgo.graph.anchor_bearings import NO_PINGS, Pings
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.config import GraphConfig
 from wifipgo.graph.edges import select
-from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
+from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers, no_smoothing
 
 SIGMA = (0.1, 0.05)
 N_TIMES = 12
@@ -51,6 +51,7 @@ def run(
     """Feed a memory iteration by iteration; robots 0 and 1 exchange graphs once."""
     n = len(start)
     sent, cov, edges, estimate = np.zeros((n, n), int), np.zeros((n, 3, 3)), Edges.empty(), start[:, :1]
+    smoothing = no_smoothing(n)
     for t, new in enumerate(measured):
         edges = extended(edges, new)
         if t:
@@ -60,7 +61,9 @@ def run(
             sent = sent.copy()
             sent[:2, :2] = t + 1
         if t >= begin:
-            estimate, cov = memory.smoothed(estimate, cov, edges=edges, bearings=Bearings.empty(), sent=sent)
+            (estimate, cov), smoothing = memory.smoothed(
+                smoothing, estimate, cov, edges=edges, bearings=Bearings.empty(), sent=sent
+            )
     return estimate, cov, edges, sent
 
 
@@ -158,9 +161,11 @@ def heard_a_place(off_rad: float, told_sigma_m: float) -> np.ndarray:
     memory = PerRobotSmoothers(GraphConfig(estimator="every_step", aoa_factors=True))
     sent, cov = np.zeros((1, 1), dtype=int), np.zeros((1, 3, 3))
     none = Bearings.empty()
-    memory.smoothed(poses[:, :1], cov, edges=Edges.empty(), bearings=none, sent=sent, pings=NO_PINGS)
-    solved, _ = memory.smoothed(poses, cov, edges=edges, bearings=none, sent=sent, pings=ping)
-    return solved[0, 1]
+    nothing = {"edges": Edges.empty(), "bearings": none, "sent": sent, "pings": NO_PINGS}
+    _, smoothing = memory.smoothed(no_smoothing(1), poses[:, :1], cov, **nothing)
+    (solved, _), _ = memory.smoothed(smoothing, poses, cov, edges=edges, bearings=none, sent=sent, pings=ping)
+    pose: np.ndarray = solved[0, 1]
+    return pose
 
 
 @pytest.mark.parametrize("told_sigma_m", [0.01, 1.0])

@@ -16,15 +16,15 @@ from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.config import GraphConfig
 from wifipgo.graph.edges import Edges, select
 from wifipgo.graph.outliers.methods import OUTLIER_METHODS
-from wifipgo.graph.solvers import (
-    REPORTED_SIGMA,
-    THIRD_PARTY,
+from wifipgo.graph.solvers import REPORTED_SIGMA, THIRD_PARTY, odometry
+from wifipgo.graph.solvers._problem import NOTHING
+from wifipgo.graph.solvers.incremental import (
     IncrementalSmoothers,
+    Lesson,
     SmootherResult,
     SmootherUpdate,
-    odometry,
+    lesson_of,
 )
-from wifipgo.graph.solvers._problem import NOTHING
 from wifipgo.se2 import wrap_angle
 
 # A told pose that changed by less, in standard deviations of told poses, is not worth solving again for.
@@ -73,25 +73,74 @@ _NONE = np.zeros(0, dtype=np.int64)
 _NOTHING_TOLD = _Told(_NONE, _NONE, np.zeros((0, 3)), _NONE)
 
 
-class PerRobotSmoothers:
-    """The robots' solvers, kept warm from one iteration to the next.
+class Smoothing(NamedTuple):
+    """What the robots' solvers know, as a value: the solvers themselves are made of it.
 
-    Nothing is known here that the arguments do not say: where they do not follow the last ones, the
-    solvers begin anew. A robot with nothing new but its own motion does not solve: what it dead-reckons
-    from the optimum is the optimum.
+    Attributes:
+        n_times: Poses of each robot when they last solved; -1 if they have to begin anew.
+        n_edges, n_pings: Measurements and pings there were then.
+        told: What the graphs rest on that others told.
+        sent: How many poses of robot j robot i had been sent.
+        since: Measurements there were when each robot last solved.
+        held: Poses of each robot that are part of each robot's graph.
+        use_qr: Whether they eliminate by QR.
+        journal: What they learned, iteration by iteration.
+    """
+
+    n_times: int
+    n_edges: int
+    n_pings: int
+    told: _Told
+    sent: Int[np.ndarray, "robots robots"]
+    since: Int[np.ndarray, " robots"]
+    held: Int[np.ndarray, "robots robots"]
+    use_qr: bool
+    journal: tuple[Lesson, ...]
+
+
+def no_smoothing(n_robots: int, *, use_qr: bool = False) -> Smoothing:
+    """Nothing is known yet."""
+    none = np.zeros((n_robots, n_robots), dtype=np.int64)
+    return Smoothing(-1, 0, 0, _NOTHING_TOLD, none, none[0], none, use_qr, ())
+
+
+class _Known(NamedTuple):
+    """What the robots believe and measured when they solve."""
+
+    estimate: Float[np.ndarray, "robots times 3"]
+    covariance: Float[np.ndarray, "robots 3 3"]
+    edges: Edges
+    bearings: Bearings
+    pings: Pings
+    sent: Int[np.ndarray, "robots robots"]
+
+
+class PerRobotSmoothers:
+    """The robots' solvers, kept warm from one iteration to the next: a cache of a `Smoothing`.
+
+    Where they are not at the one that they are asked to go on from, they are made anew of its journal,
+    and are then equal to the bit. A robot with nothing new but its own motion does not solve: what it
+    dead-reckons from the optimum is the optimum.
     """
 
     def __init__(self, cfg: GraphConfig) -> None:
         """Know nothing yet."""
-        self._robust, self._use_qr = OUTLIER_METHODS[cfg.outliers].loss == "huber", False
-        self._uses_told = THIRD_PARTY[cfg.third_party]
-        self._n_times, self._n_edges, self._n_pings, self._told = 0, 0, 0, _NOTHING_TOLD
-        self._sent, self._since = np.zeros((0, 0), dtype=np.int64), np.zeros(0, dtype=np.int64)
+        self._cfg = cfg
+        self._robust, self._uses_told = (
+            OUTLIER_METHODS[cfg.outliers].loss == "huber",
+            THIRD_PARTY[cfg.third_party],
+        )
+        self._at: Smoothing | None = None
         self._smoothers = IncrementalSmoothers(0, robust=self._robust)
+
+    def __reduce__(self) -> tuple[type["PerRobotSmoothers"], tuple[GraphConfig]]:
+        """Travel between processes without the solvers, which are made anew where they are needed."""
+        return PerRobotSmoothers, (self._cfg,)
 
     @harmless_underflow
     def smoothed(
         self,
+        smoothing: Smoothing,
         estimate: Float[np.ndarray, "robots times 3"],
         covariance: Float[np.ndarray, "robots 3 3"],
         *,
@@ -99,12 +148,13 @@ class PerRobotSmoothers:
         bearings: Bearings,
         sent: Int[np.ndarray, "robots robots"],
         pings: Pings = NO_PINGS,
-    ) -> Smoothed:
+    ) -> tuple[Smoothed, Smoothing]:
         """Let every robot solve for its own poses from all that it knows.
 
         Where not even QR has digits enough, they stay where they believe they are, as well as they know it.
 
         Args:
+            smoothing: What the solvers know. If the estimate is not one pose longer, they begin anew.
             estimate: Poses as the robots believe them, the last one by odometry.
             covariance: Of the last poses, in world axes, by dead reckoning.
             edges: All measurements; each is known to the robot at its tail. Rows keep their places from
@@ -112,93 +162,123 @@ class PerRobotSmoothers:
             bearings: All directions of arrival, in the same way.
             sent: How many poses of robot j, with what was measured there, robot i was sent.
             pings: Directions of robots far away, and where these said they were; new ones come last.
+
+        Returns:
+            The poses, and what the solvers know then.
         """
-        measured = (edges, bearings, pings)
-        for use_qr in dict.fromkeys((self._use_qr, True)):
-            self._use_qr = use_qr
+        known, n_robots = _Known(estimate, covariance, edges, bearings, pings, sent), len(estimate)
+        for use_qr in dict.fromkeys((smoothing.use_qr, True)):
+            follows = use_qr == smoothing.use_qr and estimate.shape[1] == smoothing.n_times + 1
             try:
-                return self._solved(estimate, covariance, measured, sent)
+                return self._solved(smoothing if follows else no_smoothing(n_robots, use_qr=use_qr), known)
             except RuntimeError:  # singular to working precision: one kind of noise far below the other
-                self._n_times = -1
-        return Smoothed(estimate.copy(), covariance.copy())
+                self._at = None
+        return Smoothed(estimate.copy(), covariance.copy()), no_smoothing(n_robots, use_qr=True)
 
-    def _solved(
-        self,
-        estimate: Float[np.ndarray, "robots times 3"],
-        covariance: Float[np.ndarray, "robots 3 3"],
-        measured: tuple[Edges, Bearings, Pings],
-        sent: Int[np.ndarray, "robots robots"],
-    ) -> Smoothed:
-        """Solve, anew if what is known does not follow what was."""
-        edges, bearings, pings = measured
-        n, n_times = estimate.shape[:2]
-        if n_times != self._n_times + 1 or n_times == 1:
-            self._begin(n)
-        held = sent.copy()
-        np.fill_diagonal(held, n_times)
-        stale = self._stale(edges, held)
-        dirty = (sent != self._sent).any(axis=1)
-        recent = select(edges, np.arange(self._n_edges, len(edges)))
-        dirty[recent.tail[~odometry(recent), 0]] = True
-        dirty[self._told.robot[stale]] = True
-        new_pings = select_pings(pings, np.arange(self._n_pings, len(pings.observer)))
-        dirty[new_pings.observer[:, 0]] = True
-        robots = np.flatnonzero(dirty)
-        news = [
-            self._news(robot, (edges, bearings, new_pings), held=held[robot], stale=stale)
-            for robot in robots.tolist()
-        ]
-        learned, known = self._smoothers.learn(estimate, edges, bearings, news)
-        solved, covariance = estimate.copy(), covariance.copy()
-        for new, one in zip(news, learned, strict=True):
+    def _solved(self, before: Smoothing, known: _Known) -> tuple[Smoothed, Smoothing]:
+        """Solve where something is new."""
+        news = _news(before, known, uses_told=self._uses_told)
+        lesson = lesson_of(news, known.estimate, known.edges, known.bearings, before.held)
+        smoothers, self._at = self._standing_at(before), None
+        results, covariances = smoothers.learn(lesson)
+        robots = np.array([new.robot for new in news], dtype=np.int64)
+        solved, covariance = known.estimate.copy(), known.covariance.copy()
+        for new, one in zip(news, results, strict=True):
             solved[new.robot] = one.poses
-        covariance[robots] = known
-        self._told = self._told.without(stale).extended(news, learned, edges)
-        self._since[robots] = len(edges)
-        self._n_times, self._n_edges, self._sent = n_times, len(edges), sent
-        self._n_pings = len(pings.observer)
-        return Smoothed(solved, covariance)
+        covariance[robots] = covariances
+        self._at = _after(before, known, news, results)._replace(journal=(*before.journal, lesson))
+        return Smoothed(solved, covariance), self._at
 
-    def _begin(self, n_robots: int) -> None:
-        self._smoothers = IncrementalSmoothers(n_robots, robust=self._robust, use_qr=self._use_qr)
-        self._sent = np.zeros((n_robots, n_robots), dtype=np.int64)
-        self._n_pings = 0
-        self._n_edges, self._since = 0, np.zeros(n_robots, dtype=np.int64)
-        self._told = _NOTHING_TOLD
+    def _standing_at(self, smoothing: Smoothing) -> IncrementalSmoothers:
+        """The solvers, taught anew unless they are where they are asked to be."""
+        if smoothing is not self._at:
+            self._smoothers = IncrementalSmoothers(
+                len(smoothing.held), robust=self._robust, use_qr=smoothing.use_qr
+            )
+            for lesson in smoothing.journal:
+                self._smoothers.learn(lesson)
+        return self._smoothers
 
-    def _stale(self, edges: Edges, held: Int[np.ndarray, "robots robots"]) -> Bool[np.ndarray, " told"]:
-        """What was told otherwise since, or is part of the graph by now."""
-        apart = edges.reported_pose[self._told.row] - self._told.pose
-        apart[:, 2] = wrap_angle(apart[:, 2])
-        changed = (np.abs(apart) > _SAME_REPORT * np.array([REPORTED_SIGMA[0], *REPORTED_SIGMA])).any(axis=1)
-        head = edges.head[self._told.row]
-        inside: np.ndarray = head[:, 1] < held[self._told.robot, head[:, 0]]
-        return changed | inside
 
-    def _news(
-        self,
-        robot: int,
-        measured: tuple[Edges, Bearings, Pings],
-        *,
-        held: Int[np.ndarray, " robots"],
-        stale: Bool[np.ndarray, " told"],
-    ) -> SmootherUpdate:
-        """What a robot learned since it last solved."""
-        (edges, bearings, pings), before = measured, self._smoothers.held(robot)
-        inner, outer = _new_rows(edges, before, held, own=robot, since=int(self._since[robot]))
-        gone = np.flatnonzero(stale & (self._told.robot == robot))
-        changed = self._told.row[gone]
-        outer = np.append(outer, changed[~_is_held(edges, changed, held)])[: None if self._uses_told else 0]
-        inner, outer = (rows[edges.weight[rows] > NOTHING] for rows in (inner, outer))
-        return SmootherUpdate(
-            robot=robot,
-            held=held,
-            between=inner,
-            told=outer,
-            removed=self._told.number[gone].tolist(),
-            heard=_new_bearings(bearings, before, held),
-            pings=select_pings(pings, pings.observer[:, 0] == robot) if len(pings.observer) else pings,
+def _after(
+    before: Smoothing, known: _Known, news: list[SmootherUpdate], results: list[SmootherResult]
+) -> Smoothing:
+    """What the solvers know after they learned; the journal is that of before."""
+    since, held = before.since.copy(), before.held.copy()
+    for new in news:
+        since[new.robot], held[new.robot] = len(known.edges), new.held
+    stale = _stale(before.told, known)
+    return before._replace(
+        n_times=known.estimate.shape[1],
+        n_edges=len(known.edges),
+        n_pings=len(known.pings.observer),
+        told=before.told.without(stale).extended(news, results, known.edges),
+        sent=known.sent,
+        since=since,
+        held=held,
+    )
+
+
+def _held(known: _Known) -> Int[np.ndarray, "robots robots"]:
+    """Poses of robot j that robot i has: its own all, of others what it was sent."""
+    held = known.sent.copy()
+    np.fill_diagonal(held, known.estimate.shape[1])
+    return held
+
+
+def _news(before: Smoothing, known: _Known, *, uses_told: bool) -> list[SmootherUpdate]:
+    """What each robot learned since it last solved; nothing of one that only moved."""
+    stale = _stale(before.told, known)
+    recent = select(known.edges, np.arange(before.n_edges, len(known.edges)))
+    pings = select_pings(known.pings, np.arange(before.n_pings, len(known.pings.observer)))
+    dirty = (known.sent != before.sent).any(axis=1)
+    dirty[recent.tail[~odometry(recent), 0]] = True
+    dirty[before.told.robot[stale]] = True
+    dirty[pings.observer[:, 0]] = True
+    held = _held(known)
+    return [
+        _news_of(
+            robot, before, known._replace(pings=pings), held=held[robot], stale=stale, uses_told=uses_told
         )
+        for robot in np.flatnonzero(dirty).tolist()
+    ]
+
+
+def _stale(told: _Told, known: _Known) -> Bool[np.ndarray, " told"]:
+    """What was told otherwise since, or is part of the graph by now."""
+    apart = known.edges.reported_pose[told.row] - told.pose
+    apart[:, 2] = wrap_angle(apart[:, 2])
+    changed = (np.abs(apart) > _SAME_REPORT * np.array([REPORTED_SIGMA[0], *REPORTED_SIGMA])).any(axis=1)
+    head = known.edges.head[told.row]
+    inside: np.ndarray = head[:, 1] < _held(known)[told.robot, head[:, 0]]
+    return changed | inside
+
+
+def _news_of(
+    robot: int,
+    before: Smoothing,
+    known: _Known,
+    *,
+    held: Int[np.ndarray, " robots"],
+    stale: Bool[np.ndarray, " told"],
+    uses_told: bool,
+) -> SmootherUpdate:
+    """What one robot learned since it last solved."""
+    edges, pings, had = known.edges, known.pings, before.held[robot]
+    inner, outer = _new_rows(edges, had, held, own=robot, since=int(before.since[robot]))
+    gone = np.flatnonzero(stale & (before.told.robot == robot))
+    changed = before.told.row[gone]
+    outer = np.append(outer, changed[~_is_held(edges, changed, held)])[: None if uses_told else 0]
+    inner, outer = (rows[edges.weight[rows] > NOTHING] for rows in (inner, outer))
+    return SmootherUpdate(
+        robot=robot,
+        held=held,
+        between=inner,
+        told=outer,
+        removed=before.told.number[gone].tolist(),
+        heard=_new_bearings(known.bearings, had, held),
+        pings=select_pings(pings, pings.observer[:, 0] == robot) if len(pings.observer) else pings,
+    )
 
 
 def _is_held(

@@ -57,7 +57,7 @@ def dead_reckon(
     now = se2.compose(before, motion)
     both = np.concatenate([paths.covariance[None], paths.predicted_covariance[None, :, -1]])
     covariance, predicted = propagate_covariance(both, before, now, sigma)
-    longer = Paths(
+    longer = paths._replace(
         estimate=_appended(paths.estimate, now),
         covariance=covariance,
         covariance_history=_appended(paths.covariance_history, covariance),

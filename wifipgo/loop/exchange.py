@@ -179,12 +179,13 @@ def _optimised(
 
 
 def solve_at_every_step(
-    paths: Paths, log: MeasurementLog, team: Team, memory: PerRobotSmoothers | None
+    paths: Paths, log: MeasurementLog, team: Team, smoothers: PerRobotSmoothers | None
 ) -> tuple[Paths, MeasurementLog]:
     """Let every robot solve by itself, if they do; those that met tell each other the new poses."""
-    if memory is None:
+    if smoothers is None or paths.smoothing is None:
         return paths, log
-    estimate, covariance = memory.smoothed(
+    (estimate, covariance), smoothing = smoothers.smoothed(
+        paths.smoothing,
         paths.estimate,
         paths.covariance,
         edges=log.edges,
@@ -195,7 +196,8 @@ def solve_at_every_step(
     edges = log.edges
     for group in team.met:
         edges = refresh_reported(edges, estimate, robots=group)
-    return paths._replace(estimate=estimate, covariance=covariance), log._replace(edges=edges)
+    solved = paths._replace(estimate=estimate, covariance=covariance, smoothing=smoothing)
+    return solved, log._replace(edges=edges)
 
 
 def _bytes_of_graphs(paths: Paths, log: MeasurementLog, group: list[int]) -> int:

@@ -7,7 +7,7 @@ from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.graph.anchor_bearings import NO_PINGS
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.edges import Edges
-from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
+from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers, no_smoothing
 from wifipgo.loop.iteration import observe
 from wifipgo.loop.scene import first_scene
 from wifipgo.loop.uncertainty import first_coverage
@@ -45,8 +45,8 @@ def _world(layout: Layout, scenario: Scenario, streams: Streams) -> World:
         rng=streams.standing,
     )
     arena = Arena(layout, scenario.arena, turn_rad=scenario.turn.turn_rad)
-    memory = PerRobotSmoothers(scenario.graph) if scenario.graph.estimator == "every_step" else None
-    return World(layout, first_scene(layout, scenario), arena, standing, memory)
+    smoothers = PerRobotSmoothers(scenario.graph) if scenario.graph.estimator == "every_step" else None
+    return World(layout, first_scene(layout, scenario), arena, standing, smoothers)
 
 
 def _first_truth(layout: Layout, world: World, scenario: Scenario) -> Truth:
@@ -68,7 +68,7 @@ def _first_belief(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> 
     n = scenario.n_robots
     certain = np.zeros((n, 1, 3, 3))
     return Belief(
-        paths=Paths(starts[:, None], certain[:, 0], certain, certain),
+        paths=Paths(starts[:, None], certain[:, 0], certain, certain, no_smoothing(n)),
         log=MeasurementLog(Edges.empty(), Bearings.empty(scenario.turn.n_peaks), NO_PINGS),
         radio=_silence(scenario),
         sensed=Sensed(np.zeros((n, N_LIDAR_RAYS)), np.zeros((n, 2))),

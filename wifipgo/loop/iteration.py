@@ -86,7 +86,7 @@ def observe(
     paths, log, team = exchange(
         belief.paths, log, team, links.rate_mbit_s, scenario=scenario, rng=streams.messages
     )
-    paths, log = solve_at_every_step(paths, log, team, world.memory)
+    paths, log = solve_at_every_step(paths, log, team, world.smoothers)
     calls = raise_demands(team.calls, links.rate_mbit_s, step_mbit_s=1.0)
     concluded = Belief(
         paths=paths,

@@ -56,6 +56,62 @@ class SmootherResult(NamedTuple):
     poses: Float[np.ndarray, "times 3"]
 
 
+class Lesson(NamedTuple):
+    """What the solvers learn in one iteration, with all that it takes to teach it again.
+
+    Attributes:
+        updates: One for each robot that learns something.
+        starts: For each of them, where the search starts for the poses that are new to its graph: whose
+            they are, the first index, and the poses.
+        between: Measurements between poses of the graphs, update by update.
+        told: Those of poses outside, update by update.
+        heard: Directions of arrival, update by update.
+    """
+
+    updates: tuple[SmootherUpdate, ...]
+    starts: tuple[tuple[tuple[int, int, Float[np.ndarray, "_ 3"]], ...], ...]
+    between: Edges
+    told: Edges
+    heard: Bearings
+
+
+def lesson_of(
+    updates: list[SmootherUpdate],
+    poses: Float[np.ndarray, "robots times 3"],
+    edges: Edges,
+    bearings: Bearings,
+    held: Int[np.ndarray, "robots robots"],
+) -> Lesson:
+    """Take out of what is known what some updates name.
+
+    Args:
+        updates: One a robot.
+        poses: Current estimates.
+        edges: Measurements; no weight of those that are named is zero.
+        bearings: Directions of arrival.
+        held: Poses of each robot that are part of each robot's graph so far.
+    """
+    return Lesson(
+        updates=tuple(updates),
+        starts=tuple(_starts(poses, held[new.robot], new.held) for new in updates),
+        between=select(edges, _joined([new.between for new in updates])),
+        told=select(edges, _joined([new.told for new in updates])),
+        heard=select_bearings(bearings, _joined([new.heard for new in updates])),
+    )
+
+
+def _starts(
+    poses: Float[np.ndarray, "robots times 3"],
+    before: Int[np.ndarray, " robots"],
+    now: Int[np.ndarray, " robots"],
+) -> tuple[tuple[int, int, Float[np.ndarray, "_ 3"]], ...]:
+    """Poses that join a graph."""
+    grown = np.flatnonzero(now > before).tolist()
+    return tuple(
+        (robot, int(before[robot]), poses[robot, before[robot] : now[robot]].copy()) for robot in grown
+    )
+
+
 class IncrementalSmoothers:
     """One graph a robot, kept solved: its own measurements, and those that others sent."""
 
@@ -75,48 +131,35 @@ class IncrementalSmoothers:
             _IncrementalSmoother(robot, self._first_key, use_qr=use_qr) for robot in range(n_robots)
         ]
 
-    def held(self, robot: int) -> Int[np.ndarray, " robots"]:
-        """Poses of each robot that are part of a robot's graph."""
-        return self._smoothers[robot].held
-
-    def learn(
-        self,
-        poses: Float[np.ndarray, "robots times 3"],
-        edges: Edges,
-        bearings: Bearings,
-        news: list[SmootherUpdate],
-    ) -> tuple[list[SmootherResult], Float[np.ndarray, "news 3 3"]]:
+    def learn(self, lesson: Lesson) -> tuple[list[SmootherResult], Float[np.ndarray, "updates 3 3"]]:
         """Let robots take in what is new to each, and solve.
 
-        Args:
-            poses: Current estimates: where the search starts for poses that are new to a graph.
-            edges: Measurements; no weight in the news is zero.
-            bearings: Directions of arrival.
-            news: One entry a robot.
+        Solvers that learned the same lessons in the same order are the same, to the bit.
 
         Returns:
-            What each learned, and the covariances of their last poses, in world axes.
+            What came of each update, and the covariances of the last poses, in world axes.
 
         Raises:
             RuntimeError: Singular to working precision; nothing can be learned any more.
         """
-        between = select(edges, _joined([new.between for new in news]))
-        told = select(edges, _joined([new.told for new in news]))
-        doubted = ~odometry(between) & self._robust
-        between_all = between_factors(between, self._first_key, doubted, self._models)
+        updates, told = lesson.updates, lesson.told
+        doubted = ~odometry(lesson.between) & self._robust
+        between_all = between_factors(lesson.between, self._first_key, doubted, self._models)
         sigma = np.broadcast_to(np.array(REPORTED_SIGMA), (len(told), 2))
         told_all = told_factors(told, sigma, self._first_key, doubted=self._robust)
-        cuts = (_cuts([new.between for new in news]), _cuts([new.told for new in news]))
-        learned, own_axes = [], np.zeros((len(news), 3, 3))
-        for k, (new, inner, outer) in enumerate(zip(news, *cuts, strict=True)):
+        cuts = (_cuts([getattr(new, rows) for new in updates]) for rows in ("between", "told", "heard"))
+        results, own_axes = [], np.zeros((len(updates), 3, 3))
+        for k, (new, starts, inner, outer, heard) in enumerate(
+            zip(updates, lesson.starts, *cuts, strict=True)
+        ):
             smoother = self._smoothers[new.robot]
-            numbers = smoother.learn(poses, new, between_all[inner], told_all[outer])
+            numbers = smoother.learn(starts, new, between_all[inner], told_all[outer])
             if len(new.heard):
-                smoother.hear(select_bearings(bearings, new.heard))
-            learned.append(SmootherResult(numbers, smoother.own()))
+                smoother.hear(select_bearings(lesson.heard, np.arange(heard.start, heard.stop)))
+            results.append(SmootherResult(numbers, smoother.own()))
             own_axes[k] = smoother.covariance()
-        yaw_rad = np.array([one.poses[-1, 2] for one in learned])
-        return learned, in_world_axes(own_axes, yaw_rad)
+        yaw_rad = np.array([one.poses[-1, 2] for one in results])
+        return results, in_world_axes(own_axes, yaw_rad)
 
 
 def _cuts(rows: list[Int[np.ndarray, " _"]]) -> list[slice]:
@@ -150,7 +193,7 @@ class _IncrementalSmoother:
 
     def learn(
         self,
-        poses: Float[np.ndarray, "robots times 3"],
+        starts: tuple[tuple[int, int, Float[np.ndarray, "_ 3"]], ...],
         news: SmootherUpdate,
         between: list[gtsam.NonlinearFactor],
         told: list[gtsam.NonlinearFactor],
@@ -158,7 +201,7 @@ class _IncrementalSmoother:
         """Take in what is new, with its factors, and solve; numbers of the measurements in ``told``."""
         came = news.held > self.held
         others_came = int(np.count_nonzero(came)) > int(came[self._robot])
-        graph, values = self._new_poses(poses, news.held)
+        graph, values = self._new_poses(starts)
         self._add_pings(graph, values, news.pings)
         add(graph, [*between, *told])
         result = self._isam.update(graph, values, news.removed)
@@ -191,17 +234,17 @@ class _IncrementalSmoother:
         return found
 
     def _new_poses(
-        self, poses: Float[np.ndarray, "robots times 3"], held: Int[np.ndarray, " robots"]
+        self, starts: tuple[tuple[int, int, Float[np.ndarray, "_ 3"]], ...]
     ) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
         """Poses that join the graph; each robot knows its start."""
         graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
-        for robot in np.flatnonzero(held > self.held).tolist():
-            first, begin = int(self._first_key[robot]), int(self.held[robot])
-            for index, pose in enumerate(poses[robot, begin : held[robot]].tolist(), begin):
+        for robot, begin, poses in starts:
+            first = int(self._first_key[robot])
+            for index, pose in enumerate(poses.tolist(), begin):
                 values.insert(first + index, pose2=gtsam.Pose2(*pose))
             if begin == 0:
                 anchor = gtsam.noiseModel.Isotropic.Sigma(3, ANCHOR_SIGMA)
-                graph.addPriorPose2(first, gtsam.Pose2(*poses[robot, 0].tolist()), anchor)
+                graph.addPriorPose2(first, gtsam.Pose2(*poses[0].tolist()), anchor)
         return graph, values
 
     def _add_pings(self, graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, pings: Pings) -> None:
