@@ -27,7 +27,7 @@ from rich.progress import track
 from rich.table import Table
 
 from baselines.policies import make_policy
-from envs import _rendezvous
+from envs import _episode, _rendezvous
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
 from wifipgo.atomic_files import write_json
 from wifipgo.loop import iteration
@@ -46,13 +46,12 @@ PARTS: Mapping[str, Sequence[tuple[Any, str]]] = MappingProxyType(
         "drive (pymunk), odometry, cells seen": [(iteration, "drive")],
         "dead reckoning": [(iteration, "dead_reckon")],
         "own covariances and coverage beliefs": [(iteration, "propagate_uncertainty")],
-        "mapped share, the reward": [(_rendezvous, "updated_map")],
+        "mapped share, the reward": [(_episode, "_updated_map")],
         "lidar and camera": [(iteration, "sense")],
         "Err and calls": [(iteration, "residual_error"), (iteration, "place_calls"), (iteration, "_shown")],
         "observations, infos, check of actions": [
-            (RendezvousEnv, "_observations"),
-            (RendezvousEnv, "_infos"),
-            (_rendezvous, "_commands"),
+            (RendezvousEnv, "_seen_and_said"),
+            (_rendezvous, "checked_rows"),
         ],
     }
 )

@@ -13,36 +13,29 @@ from pettingzoo import ParallelEnv
 
 from envs import _observation
 from envs._actions import ACTION_FORMS, checked_rows
+from envs._arguments import NotResetError, changes_of, next_seed, scenario_fields
 from envs._episode import Episode
 from envs._infos import infos
 from envs._reward import REWARDS, Outcome
+from envs._snapshot import FORMAT, EpisodeSnapshot, blocks_of, check_snapshot
 from envs._state import state, state_space
 from envs.directions import N_CHOICES
 from envs.render.config import DEFAULT_HEIGHT_PX, RENDER_MODES, RenderConfig, check_render_mode
 from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.errors import BadInputError, pick, require
-from wifipgo.scenarios import Scenario, field_owners, scenario_named
+from wifipgo.scenarios import Scenario, scenario_named
 from wifipgo.state import Tick, World
-from wifipgo.world.map_accuracy import MapAccuracy, first_map_accuracy, updated_map_accuracy
 
 OBSERVATIONS: Mapping[str, str] = {
     "flat": "one Box",
     "dict": "the same blocks by name; with discrete actions the pair of observation and action_mask",
 }
-# Fields that decide the spaces or the length of an episode: fixed when an environment is made.
-_FIXED = ("n_robots", "n_slots", "n_steps", "n_azimuths", "max_measurements")
-# PettingZoo's own conformance test resets with ``options={"options": 1}``.
-_IGNORED_OPTIONS = ("options",)
 _ARGUMENTS = (
     *("actions", "max_cycles", "observation", "render_height_px", "render_mode", "reward", "scenario"),
     "terminate_at_end",
 )
 # Key, beside an episode's number, of the chance that wrappers draw from: no stream of the episode has it.
 _WRAPPERS_KEY = 0x3A9
-
-
-class NotResetError(AttributeError, RuntimeError):
-    """Something of an episode was asked for before there is one; so ``hasattr`` says no."""
 
 
 class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
@@ -86,13 +79,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         **overrides: Any,
     ) -> None:
         """Check the arguments and build the spaces."""
-        for name in overrides:
-            pick({**dict.fromkeys(_ARGUMENTS), **field_owners()}, name, "scenario field")
-        if max_cycles is not None:
-            require(
-                "n_steps" not in overrides, "max_cycles", "given without n_steps, its other name", max_cycles
-            )
-            overrides["n_steps"] = max_cycles
+        overrides = scenario_fields(overrides, max_cycles, _ARGUMENTS)
         # The value, not its name: a file may have changed when the copy is made.
         base = scenario if isinstance(scenario, Scenario) else scenario_named(scenario)
         EzPickle.__init__(
@@ -172,15 +159,15 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             ValueError: A seed that is no integer >= 0, an option that does not exist or that would change the
                 spaces, or a room that cannot be laid out. The episode before goes on.
         """
-        scenario = self.base_scenario.with_overrides(**_changes(options))
-        now = Episode.begun(scenario, self._next_episode(seed))
-        mapped = _first_map(now.tick)
-        out = self._seen_and_said(now, mapped.share)
+        scenario = self.base_scenario.with_overrides(**changes_of(options))
+        before = self._episode.seed if self._episode is not None else None
+        now = Episode.begun(scenario, next_seed(seed, before))
+        out = self._seen_and_said(now)
         key = np.random.SeedSequence(now.seed[0], spawn_key=(now.seed[1], _WRAPPERS_KEY))
         if self.render_mode == "human":
             self._picture(now)
         # At once and last, so that what is refused or interrupted leaves the episode before.
-        self._episode, self._mapped, self.scenario = now, mapped, scenario
+        self._episode, self.scenario = now, scenario
         self.agents, self._np_random = list(self.possible_agents), np.random.default_rng(key)
         return out
 
@@ -191,7 +178,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         """Advance every robot by one iteration of the paper's loop.
 
         Whatever exception leaves it, Ctrl-C too, the episode is as it was before, to the bit: the same step
-        can be taken again. That one then repeats the iterations so far.
+        can be taken again.
 
         Raises:
             ValueError: An action is missing, for an unknown agent, of another shape or not finite.
@@ -202,13 +189,11 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             raise RuntimeError("the episode is over: call reset() before step()")
         rows = self.checked(actions, agents)
         now = before.advanced(self._form.commands(rows, before.tick.belief, before.scenario))
-        mapped = _updated_map(self._mapped, before.tick, now.tick)
-        outcome = Outcome(before.tick.belief, now.tick.belief, mapped.share - self._mapped.share)
-        full = self.scenario.max_measurements
-        done = bool(full) and int(now.tick.belief.log.edges.between_robots.sum()) >= full
-        late = now.tick.belief.t >= self.scenario.n_steps
-        ends = done or (late and self._terminates)
-        observations, said = self._seen_and_said(now, mapped.share)
+        gain = now.map_accuracy.share - before.map_accuracy.share
+        outcome = Outcome(before.tick.belief, now.tick.belief, gain)
+        late = now.is_late
+        ends = now.is_complete or (late and self._terminates)
+        observations, said = self._seen_and_said(now)
         out = (
             observations,
             dict(zip(agents, self._reward(outcome, self.scenario).tolist(), strict=True)),
@@ -218,7 +203,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         )
         if self.render_mode == "human":
             self._picture(now)
-        self._episode, self._mapped, self.agents = now, mapped, [] if done or late else agents
+        self._episode, self.agents = now, [] if ends or late else agents
         return out
 
     def checked(self, actions: Mapping[str, Any], agents: list[str]) -> np.ndarray:
@@ -235,6 +220,43 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         if self._form.masks is None:
             raise BadInputError("actions must be 'discrete' for masks, got 'continuous'")
         return self._form.masks(self.tick.belief, self.scenario).astype(bool)
+
+    def snapshot(self) -> EpisodeSnapshot:
+        """Where the episode stands, chance included: for branching, looking ahead and going on elsewhere.
+
+        Raises:
+            RuntimeError: Before the first reset.
+        """
+        return EpisodeSnapshot(
+            format=FORMAT,
+            scenario=self.base_scenario,
+            blocks=blocks_of(self.layout),
+            episode=self._now.kept(),
+            agents=tuple(self.agents),
+            wrappers=dict(self.np_random.bit_generator.state),
+        )
+
+    @plain_arithmetic
+    def restore(self, snapshot: object) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+        """Go back, or over, to where a snapshot was taken; from there everything repeats to the bit.
+
+        Args:
+            snapshot: What `snapshot` returned, here or in an environment of the same scenario elsewhere.
+
+        Returns:
+            Observations and infos, as at the time of the snapshot.
+
+        Raises:
+            ValueError: A snapshot of another scenario, layout or version; names what differs. The episode
+                before goes on.
+        """
+        kept = check_snapshot(snapshot, self.base_scenario, self.layout)
+        now, rng = kept.episode, np.random.default_rng(0)
+        rng.bit_generator.state = kept.wrappers
+        out = self._seen_and_said(now)
+        self._episode, self.scenario = now, now.scenario
+        self.agents, self._np_random = list(kept.agents), rng
+        return out
 
     @plain_arithmetic
     def state(self) -> np.ndarray:
@@ -266,45 +288,10 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             self._screen.close()
             self._screen = None
 
-    def _next_episode(self, seed: int | np.integer[Any] | None) -> tuple[int, int]:
-        """Root of all chance, and the number of the episode under it."""
-        if seed is not None:
-            whole = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
-            require(whole and seed >= 0, "seed", "None or an integer >= 0", seed)
-            return int(seed), 0
-        if self._episode is not None:
-            entropy, number = self._episode.seed
-            return entropy, number + 1
-        root = np.random.SeedSequence().entropy
-        return root if isinstance(root, int) else 0, 0
-
-    def _seen_and_said(
-        self, now: Episode, mapped_share: float
-    ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+    def _seen_and_said(self, now: Episode) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
         """Observations and infos of all agents."""
         belief, agents, form = now.tick.belief, self.possible_agents, self._form
         masks = form.masks(belief, now.scenario) if form.masks else None
         rows = _observation.observe(belief, now.scenario)
         seen = _observation.by_agent(rows, agents, self.layout if self._as_dict else None, masks)
-        return seen, infos(now.tick, agents, mapped_share=mapped_share, masks=masks)
-
-
-def _first_map(tick: Tick) -> MapAccuracy:
-    """Map of the team beside the truth."""
-    return first_map_accuracy(tick.truth.cells, tick.truth.poses, tick.belief.paths.estimate)
-
-
-def _updated_map(mapped: MapAccuracy, before: Tick, after: Tick) -> MapAccuracy:
-    """The same after an iteration."""
-    truth, estimate = after.truth, after.belief.paths.estimate
-    return updated_map_accuracy(mapped, truth.cells, truth.poses, before.belief.paths.estimate, estimate)
-
-
-def _changes(options: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Scenario fields that reset options change."""
-    require(options is None or isinstance(options, Mapping), "options", "None or a mapping", options)
-    changes = {name: value for name, value in (options or {}).items() if name not in _IGNORED_OPTIONS}
-    for name, value in changes.items():
-        require(isinstance(name, str), "options", "a mapping from names of scenario fields", options)
-        require(name not in _FIXED, f"options[{name!r}]", "set when the environment is made", value)
-    return changes
+        return seen, infos(now.tick, agents, mapped_share=now.map_accuracy.share, masks=masks)

@@ -9,6 +9,7 @@ from pettingzoo.utils.conversions import parallel_to_aec
 from envs._observation import N_BINS, Field, bin_azimuths, by_name, layout
 from envs._rendezvous import OBSERVATIONS, RendezvousEnv
 from envs._reward import REWARDS
+from envs._snapshot import EpisodeSnapshot
 from envs._turn_based import CheckedActionsWrapper
 
 parallel_env = RendezvousEnv
@@ -28,6 +29,7 @@ __all__ = [
     "N_BINS",
     "OBSERVATIONS",
     "REWARDS",
+    "EpisodeSnapshot",
     "Field",
     "RendezvousEnv",
     "bin_azimuths",

@@ -4,7 +4,8 @@ Two policies that run on one seed meet the same world and the same noise, whatev
 they do: every comparison is paired.
 """
 
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,3 +31,18 @@ class Streams(NamedTuple):
         keys = [(episode, place) for place in range(len(cls._fields))]
         seeds = [np.random.SeedSequence(entropy, spawn_key=key) for key in keys]
         return cls(*map(np.random.default_rng, seeds))
+
+    def states(self) -> tuple[dict[str, Any], ...]:
+        """Where each generator stands."""
+        return tuple(dict(stream.bit_generator.state) for stream in self)
+
+    @classmethod
+    def from_states(cls, states: Iterable[Mapping[str, Any]]) -> "Streams":
+        """Generators that stand where others stood."""
+        return cls(*map(_standing_at, states))
+
+
+def _standing_at(state: Mapping[str, Any]) -> np.random.Generator:
+    rng = np.random.default_rng(0)
+    rng.bit_generator.state = dict(state)
+    return rng

@@ -1,6 +1,7 @@
 """What each robot solves for at every iteration, against one search over the same measurements."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -161,7 +162,7 @@ def heard_a_place(off_rad: float, told_sigma_m: float) -> np.ndarray:
     memory = PerRobotSmoothers(GraphConfig(estimator="every_step", aoa_factors=True))
     sent, cov = np.zeros((1, 1), dtype=int), np.zeros((1, 3, 3))
     none = Bearings.empty()
-    nothing = {"edges": Edges.empty(), "bearings": none, "sent": sent, "pings": NO_PINGS}
+    nothing: dict[str, Any] = {"edges": Edges.empty(), "bearings": none, "sent": sent, "pings": NO_PINGS}
     _, smoothing = memory.smoothed(no_smoothing(1), poses[:, :1], cov, **nothing)
     (solved, _), _ = memory.smoothed(smoothing, poses, cov, edges=edges, bearings=none, sent=sent, pings=ping)
     pose: np.ndarray = solved[0, 1]

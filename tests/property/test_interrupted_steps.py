@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+import envs._episode
 import envs._rendezvous
-import wifipgo.loop
 from envs._episode import Episode
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
 from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
+from wifipgo.loop import iteration
 from wifipgo.scenarios import scenario_named
 from wifipgo.state import Commands
 from wifipgo.world.arena import Arena
@@ -26,10 +27,15 @@ VARIANTS: dict[str, dict[str, Any]] = {
 }
 # Iterations whose step is tried in vain, once for each stage: robots that met are among the last.
 TRIED = (1, 5)
-LOOP = ("place_calls", "odometry", "probe_links", "listened", "observe_robots", "scan", "sight_robots")
+LOOP = (
+    *("place_calls", "drive", "dead_reckon", "probe_links", "listen_to_team", "measure_relative_poses"),
+    *("log_measurements", "exchange", "solve_at_every_step", "sense", "residual_error"),
+    "propagate_uncertainty",
+)
 STAGES: list[tuple[Any, str]] = [
-    *((wifipgo.loop, name) for name in (*LOOP, "hold_meetings", "residual_error", "taken_stock")),
-    *((envs._rendezvous, name) for name in ("updated_map", "Outcome")),
+    *((iteration, name) for name in LOOP),
+    (envs._episode, "_updated_map"),
+    (envs._rendezvous, "Outcome"),
     (Arena, "drive"),
     (RendezvousEnv, "_seen_and_said"),
     (envs._rendezvous, "infos"),
@@ -120,7 +126,7 @@ def test_a_reset_that_fails_leaves_the_episode_before() -> None:
     env, undisturbed = made("gated"), made("gated")
     for one in (env, undisturbed):
         one.reset(seed=3)
-    for stage in [(wifipgo.loop, "scan"), (RendezvousEnv, "_seen_and_said"), (envs._rendezvous, "infos")]:
+    for stage in [(iteration, "sense"), (RendezvousEnv, "_seen_and_said"), (envs._rendezvous, "infos")]:
         with pytest.raises(RuntimeError), broken(*stage):
             env.reset(seed=4)
         with pytest.raises(RuntimeError), broken(*stage):
