@@ -1,8 +1,8 @@
-"""docs/paper_map.md: every function and every test that it names exists.
+"""docs/paper_map.md: every equation has its heading, and what it names exists.
 
-A table row is ``| Paper | Function | Test | Departures |``. Functions are backticked
-``package.module:name`` references, tests backticked ``tests/.../file.py`` or
-``tests/.../file.py::name``; both may be several, separated by commas.
+A heading names places of the paper, ``## Eq. 1: title`` or ``## Sec. 7.3, Fig. 10: title``. Under it
+stand three items: *code* with backticked ``package.module:name``, *tests* with backticked
+``tests/.../file.py`` or ``tests/.../file.py::name``, and *departures* in words.
 """
 
 import ast
@@ -13,57 +13,62 @@ from typing import NamedTuple
 import pytest
 from support.project_files import ROOT, syntax
 
-COLUMNS = ["Paper", "Function", "Test", "Departures"]
-FUNCTION = re.compile(r"(?P<module>(?:wifipgo|envs|baselines|train)(?:\.\w+)*):(?P<name>\w+(?:\.\w+)*)")
+PAGE = (ROOT / "docs" / "paper_map.md").read_text(encoding="utf-8")
+CODE = re.compile(r"(?P<module>(?:wifipgo|envs|baselines|train)(?:\.\w+)*):(?P<name>\w+(?:\.\w+)*)")
 TEST = re.compile(r"(?P<path>tests/[\w/]+\.py)(?:::(?P<name>\w+(?:::\w+)*))?")
-PAPER = re.compile(r"(?:Eq|Alg|Fig|Sec)\. \d+(?:\.\d+)*")
+PLACE = re.compile(r"(?:Eq|Alg|Fig|Sec)\. \d+(?:\.\d+)*")
+NUMBERS = {"Eq": range(1, 14), "Alg": (1, 2), "Fig": (2, 5, 7, 8, 9, 10)}
+NEEDED = {f"{kind}. {number}" for kind, numbers in NUMBERS.items() for number in numbers}
+LONGEST = 130
 
 Named = ast.FunctionDef | ast.ClassDef
 
 
-class Row(NamedTuple):
-    """One line of the table, split into cells."""
+class Entry(NamedTuple):
+    """One heading and the items under it, by their name."""
 
-    paper: str
-    functions: str
-    tests: str
-    departures: str
-
-
-def table() -> list[list[str]]:
-    """All table lines of the page as lists of cells, without the rules under the headers."""
-    page = (ROOT / "docs" / "paper_map.md").read_text(encoding="utf-8")
-    lines = [line.strip() for line in page.splitlines() if line.lstrip().startswith("|")]
-    cells = [[cell.strip() for cell in re.split(r"(?<!\\)\|", line.strip("|"))] for line in lines]
-    return [row for row in cells if not set("".join(row)) <= set("-: ")]
+    places: list[str]
+    title: str
+    items: dict[str, str]
 
 
-def quoted(cell: str) -> list[str]:
-    """What stands in backticks in a cell."""
-    return re.findall(r"`([^`]+)`", cell)
+def entry(section: str) -> Entry:
+    """Take a section apart."""
+    head, _, body = section.partition("\n")
+    places, _, title = head.partition(": ")
+    parts = re.split(r"^- \*(\w+)\*:", body, flags=re.MULTILINE)
+    return Entry(places.split(", "), title, dict(zip(parts[1::2], parts[2::2], strict=True)))
 
 
-ROWS = [Row(*cells) for cells in table() if cells != COLUMNS and len(cells) == len(COLUMNS)]
-rows = pytest.mark.parametrize("row", ROWS, ids=lambda row: row.paper)
+def quoted(text: str) -> list[str]:
+    """What stands in backticks."""
+    return re.findall(r"`([^`]+)`", text)
 
 
-def test_every_line_has_the_four_columns() -> None:
-    lines = table()
-    assert lines[0] == COLUMNS
-    assert not [line for line in lines if len(line) != len(COLUMNS)]
-    assert ROWS
+ENTRIES = [entry(section) for section in PAGE.split("\n## ")[1:]]
+entries = pytest.mark.parametrize("item", ENTRIES, ids=lambda item: f"{item.places[-1]} {item.title}")
 
 
-@rows
-def test_paper_cell_names_a_place(row: Row) -> None:
-    assert all(PAPER.fullmatch(place) for place in row.paper.split(", ")), row.paper
+def test_every_equation_algorithm_and_figure_has_one_heading() -> None:
+    places = [place for item in ENTRIES for place in item.places]
+    assert set(places) >= NEEDED
+    assert all(places.count(place) == 1 for place in NEEDED)
+    assert not [line for line in PAGE.splitlines() if len(line) > LONGEST]
 
 
-@rows
-def test_functions_exist(row: Row) -> None:
-    assert quoted(row.functions)
-    for reference in quoted(row.functions):
-        found = FUNCTION.fullmatch(reference)
+@entries
+def test_an_entry_has_its_three_items(item: Entry) -> None:
+    assert all(PLACE.fullmatch(place) for place in item.places), item.places
+    assert item.title
+    assert list(item.items) == ["code", "tests", "departures"]
+    assert all(text.strip() for text in item.items.values())
+
+
+@entries
+def test_code_exists(item: Entry) -> None:
+    assert quoted(item.items["code"])
+    for reference in quoted(item.items["code"]):
+        found = CODE.fullmatch(reference)
         assert found, f"{reference!r} is not package.module:name"
         target: object = importlib.import_module(found["module"])
         for part in found["name"].split("."):
@@ -71,10 +76,10 @@ def test_functions_exist(row: Row) -> None:
             target = getattr(target, part)
 
 
-@rows
-def test_tests_exist(row: Row) -> None:
-    assert quoted(row.tests)
-    for reference in quoted(row.tests):
+@entries
+def test_tests_exist(item: Entry) -> None:
+    assert quoted(item.items["tests"])
+    for reference in quoted(item.items["tests"]):
         found = TEST.fullmatch(reference)
         assert found, f"{reference!r} is not tests/.../file.py::name"
         body = syntax(ROOT / found["path"]).body
