@@ -27,8 +27,7 @@ from rich.progress import track
 from rich.table import Table
 
 from baselines.policies import make_policy
-from envs._observation import observe
-from envs.rendezvous_v0 import RendezvousEnv, parallel_env
+from envs.rendezvous_v0 import RendezvousEnv, observe, parallel_env
 from wifipgo.atomic_files import write_json
 from wifipgo.graph.metrics import residual_error
 from wifipgo.graph.solvers import solve

@@ -11,13 +11,14 @@ from gymnasium.utils import EzPickle
 from jaxtyping import Bool
 from pettingzoo import ParallelEnv
 
-from envs import _observation
 from envs._actions import ACTION_FORMS, checked_rows
 from envs._arguments import NotResetError, changes_of, next_seed, scenario_fields
 from envs._episode import Episode
 from envs._infos import infos
+from envs._observation import layout, observe
 from envs._reward import REWARDS, Outcome
 from envs._snapshot import FORMAT, EpisodeSnapshot, blocks_of, check_snapshot
+from envs._spaces import by_agent, space_of
 from envs._state import state, state_space
 from envs.directions import N_CHOICES
 from envs.render.config import DEFAULT_HEIGHT_PX, RENDER_MODES, RenderConfig, check_render_mode
@@ -100,13 +101,13 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         self.base_scenario = self.scenario = base.with_overrides(**overrides)
         self.render_mode, self._render_config = render_mode, RenderConfig(height_px=render_height_px)
         self._screen: Any = None  # holds pygame's objects from the first picture on
-        self.layout = _observation.layout(self.scenario)
+        self.layout = layout(self.scenario)
         self.possible_agents = [f"robot_{i}" for i in range(self.scenario.n_robots)]
         self.agents: list[str] = []
         self._as_dict, self._reward = observation == "dict", pick(REWARDS, reward, "reward")
         self._form, self._terminates = pick(ACTION_FORMS, actions, "form of actions"), terminate_at_end
         n_choices = N_CHOICES if self._form.masks else 0
-        make = partial(_observation.space_of, self.layout, as_dict=self._as_dict, n_choices=n_choices)
+        make = partial(space_of, self.layout, as_dict=self._as_dict, n_choices=n_choices)
         self.observation_spaces = {a: make() for a in self.possible_agents}
         self.action_spaces: dict[str, Any] = {a: self._form.space() for a in self.possible_agents}
         self.state_space = state_space(self.scenario.n_robots)
@@ -292,6 +293,6 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         """Observations and infos of all agents."""
         belief, agents, form = now.tick.belief, self.possible_agents, self._form
         masks = form.masks(belief, now.scenario) if form.masks else None
-        rows = _observation.observe(belief, now.scenario)
-        seen = _observation.by_agent(rows, agents, self.layout if self._as_dict else None, masks)
+        rows = observe(belief, now.scenario)
+        seen = by_agent(rows, agents, self.layout if self._as_dict else None, masks)
         return seen, infos(now.tick, agents, mapped_share=now.map_accuracy.share, masks=masks)

@@ -1,7 +1,8 @@
-"""Discrete motions: drive along a ray of the lidar as far as the way is free, or stay; times a call.
+"""Directions around a robot: bins of AOA profiles, rays of the lidar, and discrete motions along these.
 
-Motion k < 16 follows ray k, counter-clockwise from ahead, and motion 16 stays. A *choice* is one number for
-motion and call: ``motion`` alone, or ``17 + motion`` with a call up: 34 choices.
+A discrete motion drives along a ray as far as the way is free, or stays; times a call. Motion k < 16 follows
+ray k, counter-clockwise from ahead, and motion 16 stays. A *choice* is one number for motion and call:
+``motion`` alone, or ``17 + motion`` with a call up: 34 choices.
 """
 
 import numpy as np
@@ -9,11 +10,18 @@ from jaxtyping import Bool, Float, Int, Int8
 
 from wifipgo.world.lidar import N_LIDAR_RAYS
 
+# Bins of an observed AOA profile.
+N_BINS = 72
 STAY = N_LIDAR_RAYS
 N_MOTIONS = N_LIDAR_RAYS + 1
 N_CHOICES = 2 * N_MOTIONS
 # A ray is open if a step along it ends this far (in steps) from what it hits.
 ROOM_AHEAD_STEPS = 0.15
+
+
+def bin_azimuths() -> Float[np.ndarray, " bins"]:
+    """Direction at the middle of each profile bin, body frame, rad."""
+    return -np.pi + 2.0 * np.pi / N_BINS * (np.arange(N_BINS) + 0.5)
 
 
 def ray_azimuths() -> Float[np.ndarray, " rays"]:

@@ -6,11 +6,13 @@ from pettingzoo import AECEnv
 from pettingzoo.utils import wrappers
 from pettingzoo.utils.conversions import parallel_to_aec
 
-from envs._observation import N_BINS, Field, bin_azimuths, by_name, layout
+from envs._observation import Field, layout, observe
 from envs._rendezvous import OBSERVATIONS, RendezvousEnv
 from envs._reward import REWARDS
 from envs._snapshot import EpisodeSnapshot
+from envs._spaces import by_name
 from envs._turn_based import CheckedActionsWrapper
+from envs.directions import N_BINS, bin_azimuths
 
 parallel_env = RendezvousEnv
 
@@ -36,6 +38,7 @@ __all__ = [
     "by_name",
     "env",
     "layout",
+    "observe",
     "parallel_env",
     "raw_env",
 ]

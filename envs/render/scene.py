@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from envs._observation import N_BINS, bin_azimuths
+from envs.directions import N_BINS, bin_azimuths
 from wifipgo.radio.channel.bands import band_of
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario

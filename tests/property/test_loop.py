@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from envs._observation import observe
+from envs.rendezvous_v0 import observe
 from wifipgo.graph import ate_rot, ate_trans
 from wifipgo.loop import advance, start
 from wifipgo.scenarios import SCENARIOS, Scenario, scenario_named

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from envs._observation import layout, observe
+from envs.rendezvous_v0 import layout, observe
 from property.test_loop import episode
 from wifipgo.graph.covariance import spread_m
 from wifipgo.loop.uncertainty import probability_in_place
