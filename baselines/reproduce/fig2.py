@@ -18,7 +18,8 @@ from wifipgo.graph.outliers.aoa_weights import PAPER_GATE_RAD
 from wifipgo.radio import aoa
 from wifipgo.radio.channel import csi
 from wifipgo.radio.recordings.__main__ import bearing
-from wifipgo.radio.recordings.wsr_dataset import Link, read_links
+from wifipgo.radio.recordings.recorded_link import Link
+from wifipgo.radio.recordings.wsr_dataset import read_links
 from wifipgo.se2 import wrap_angle
 
 TITLE = "Signal profile over azimuth and elevation"

@@ -13,7 +13,8 @@ from wifipgo.radio.aoa.confidence import least_confident
 from wifipgo.radio.aoa.moving_aperture import Bearing
 from wifipgo.radio.recordings.__main__ import bearing, main
 from wifipgo.radio.recordings.intel5300 import BLOCK_BYTES, encode_csi_log, read_csi_log
-from wifipgo.radio.recordings.wsr_dataset import Link, read_links
+from wifipgo.radio.recordings.recorded_link import Link
+from wifipgo.radio.recordings.wsr_dataset import read_links
 from wifipgo.se2 import wrap_angle
 
 RAW, PACK = "raw_LOS_A_L1", "wsr_slim_dev.npz"

@@ -12,7 +12,8 @@ from wifipgo.radio.recordings.intel5300 import (
     encode_csi_log,
     payload_bytes,
 )
-from wifipgo.radio.recordings.wsr_dataset import MACS, wavelength_m
+from wifipgo.radio.recordings.recorded_link import wavelength_m
+from wifipgo.radio.recordings.wsr_dataset import MACS
 
 STAMP = "2021-06-27_202550"
 CHANNEL = 108

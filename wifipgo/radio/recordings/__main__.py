@@ -18,8 +18,9 @@ import tyro
 
 from wifipgo.command_line import exit_code, say
 from wifipgo.radio.aoa.moving_aperture import ApertureConfig, Bearing, aperture_bearing
+from wifipgo.radio.recordings.recorded_link import Link
 from wifipgo.radio.recordings.report import print_report
-from wifipgo.radio.recordings.wsr_dataset import Link, read_links
+from wifipgo.radio.recordings.wsr_dataset import read_links
 
 
 def bearing(link: Link, cfg: ApertureConfig | None = None) -> Bearing:

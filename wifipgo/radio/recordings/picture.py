@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from wifipgo.radio.aoa import azimuth_grid
 from wifipgo.radio.aoa.moving_aperture import Bearing
+from wifipgo.radio.recordings.recorded_link import Link
 from wifipgo.radio.recordings.report import error_deg
-from wifipgo.radio.recordings.wsr_dataset import Link
 
 OURS, TRUTH, TOOLBOX, OTHER = "#1f6fb4", "#d4570b", "#6b7280", "#9dbfdd"
 

@@ -10,7 +10,7 @@ from rich.table import Table
 from wifipgo.radio.aoa import closest_peak
 from wifipgo.radio.aoa.confidence import confidences, least_confident
 from wifipgo.radio.aoa.moving_aperture import Bearing
-from wifipgo.radio.recordings.wsr_dataset import Link
+from wifipgo.radio.recordings.recorded_link import Link
 from wifipgo.terminal import Terminal
 
 WIDTH_CHARACTERS = 118  # where the output is not a terminal

@@ -3,7 +3,7 @@
 A run (Jadhav et al., arXiv 2109.12205) is a folder with the CSI log of a moving receiver,
 one log for each fixed transmitter, the receiver's motion capture and the surveyed
 transmitters; ``macs.json``, which is optional, has the addresses of robots that are not in
-`MACS`. A pack is an ``.npz`` with the same links, paired and cut to the motion.
+`MACS`. A pack has the same links in one file (`wifipgo.radio.recordings.wsr_packs`).
 
 The truth of a link is the bearing from the *mean* position of the aperture to the
 transmitter; the toolbox itself takes it from the first moving pose.
@@ -11,37 +11,27 @@ transmitter; the toolbox itself takes it from the first moving pose.
 
 import errno
 import re
-import zipfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Complex, Float, Int, Shaped
+from jaxtyping import Bool, Float, Int
 
-from wifipgo.errors import BadInputError, RecordingError, pick, require
-from wifipgo.npz_files import read_npz
-from wifipgo.radio.propagation.materials import SPEED_OF_LIGHT_M_S
+from wifipgo.errors import BadInputError, RecordingError, pick
 from wifipgo.radio.recordings._wsr_files import (
     Motion,
     channel_of,
     entry,
     first_file,
-    number,
     read_motion,
     some_files,
     surveyed_m,
 )
-from wifipgo.radio.recordings.intel5300 import (
-    CSI_CODE,
-    HOST_STAMPED,
-    N_SUBCARRIERS,
-    CsiLog,
-    read_csi_log,
-    summary,
-)
-from wifipgo.text_files import parsed_json, read_json
+from wifipgo.radio.recordings.intel5300 import HOST_STAMPED, CsiLog, read_csi_log
+from wifipgo.radio.recordings.recorded_link import Link, check_enough, wavelength_m
+from wifipgo.radio.recordings.wsr_packs import read_pack
+from wifipgo.text_files import read_json
 
 MACS = {
     "rx": "00:21:6a:53:89:d2",
@@ -49,36 +39,11 @@ MACS = {
     "tx3": "00:21:6a:30:d2:3c",
     "tx4": "00:21:6a:b2:6e:fa",
 }
-PACK_CHANNEL = 108  # packs do not name their Wi-Fi channel; all known ones were recorded on this one
-_DEGREES = {"low": -360.0, "high": 360.0}
-_LARGEST = 1e6  # far more than a report of signed bytes or a position in a room
 MAX_GAP_S = 0.5  # a log that leaves out more than this of either end of the motion was cut
 TRUTH_FILE = "groundtruth_positions.json"
 MACS_FILE = (
     "macs.json"  # optional, beside the logs of robots that are not in `MACS`: {"rx": "00:..", "tx7": ..}
 )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Link:
-    """The packets that a fixed transmitter and a moving receiver exchanged."""
-
-    set_name: str
-    place: str
-    stamp: str
-    transmitter: str
-    forward: Complex[np.ndarray, "packets subcarriers"]  # at the receiver, antenna A
-    reverse: Complex[np.ndarray, "packets subcarriers"]  # at the transmitter, antenna A
-    displacement_m: Float[np.ndarray, "packets 3"]  # of the receiver since its first move, map frame
-    wavelength_m: float
-    truth_rad: float  # azimuth in the map frame, from the mean aperture position
-    toolbox_rad: tuple[float, ...] = ()  # the toolbox's released peaks, its top one first
-    n_left_out: int = 0  # packets during the motion that antenna A did not hear at both ends
-
-
-def wavelength_m(channel: int) -> float:
-    """Wavelength of a 5 GHz Wi-Fi channel, m."""
-    return SPEED_OF_LIGHT_M_S / (5.0e9 + 5.0e6 * channel)
 
 
 def read_links(path: Path) -> list[Link]:
@@ -109,31 +74,6 @@ def _parts(path: Path) -> Iterator[list[Link]]:
         raise FileNotFoundError(errno.ENOENT, missing, str(path))
     yield from map(read_pack, packs)
     yield from map(read_run, runs)
-
-
-def read_pack(path: Path) -> list[Link]:
-    """Links of a pack: keys ``meta`` (JSON) and, for link n, ``f{n}``, ``r{n}`` and ``p{n}``."""
-    if not zipfile.is_zipfile(path):
-        raise _no_pack(path)
-    arrays = read_npz(path)
-    links = parsed_json(str(entry(arrays, "meta", path)), f"{path}: key 'meta'")
-    if not isinstance(links, list):
-        raise BadInputError(f"{path}: key 'meta' is not a list of links")
-    return [_packed_link(arrays, n, about, path) for n, about in enumerate(links)]
-
-
-def _no_pack(path: Path) -> BadInputError:
-    """What to say of a file that is no pack: of a log, what it holds, or at which byte it is damaged."""
-    with path.open("rb") as file:
-        begins = file.read(3)
-    if path.suffix == ".npz" or begins[2:] != bytes([CSI_CODE]):
-        return RecordingError(
-            str(path), 0, "a whole .npz pack or a CSI log", "a file that is neither, or is cut"
-        )
-    holds = summary(read_csi_log(path))
-    return BadInputError(
-        f"{path}: expected the folder of a run (logs of both ends, motion capture, survey), got {holds}"
-    )
 
 
 def read_run(folder: Path) -> list[Link]:
@@ -185,7 +125,7 @@ def _run_links(folder: Path, stamp: str, about: Any) -> Iterator[Link]:
         ends = {received_path: received, path: answered}
         moving = _while_moving(time_s, motion, ends)
         kept = moving & received.heard[forward, 0] & answered.heard[reverse, 0]
-        _check_enough(kept, moving, f"{received_path}: antenna A, and that of {name},")
+        check_enough(kept, moving, f"{received_path}: antenna A, and that of {name},")
         yield Link(
             set_name=folder.name,
             place=str(place),
@@ -198,16 +138,6 @@ def _run_links(folder: Path, stamp: str, about: Any) -> Iterator[Link]:
             truth_rad=float(np.arctan2(away_m[1], away_m[0])),
             n_left_out=int(np.count_nonzero(moving & ~kept)),
         )
-
-
-def _check_enough(
-    kept: Bool[np.ndarray, " packets"], moving: Bool[np.ndarray, " packets"], field: str
-) -> None:
-    """Refuse what says nothing about a direction."""
-    n_kept, n_moving = np.count_nonzero(kept), np.count_nonzero(moving)
-    if n_kept < 2:
-        rule = "must hear two packets or more while the receiver moves"
-        raise BadInputError(f"{field} {rule}, got {n_kept} of {n_moving}")
 
 
 def _macs(folder: Path) -> dict[str, str]:
@@ -250,47 +180,6 @@ def _displacement(time_s: Float[np.ndarray, " packets"], motion: Motion) -> Floa
     """Position at each packet by linear interpolation, relative to the first moving sample, m."""
     position_m = [np.interp(time_s, motion.time_s, axis) for axis in motion.position_m.T]
     return np.stack(position_m, axis=1) - motion.position_m[0]
-
-
-def _packed_link(arrays: dict[str, np.ndarray], n: int, about: Any, path: Path) -> Link:
-    """Link n of a pack."""
-    forward, reverse, displacement_m = (entry(arrays, f"{letter}{n}", path) for letter in "frp")
-    n_packets = len(displacement_m)
-    if not forward.shape == reverse.shape == (n_packets, N_SUBCARRIERS, 2) or n_packets < 2:
-        raise BadInputError(f"{path}: shapes of f{n} {forward.shape}, r{n} {reverse.shape}, p{n} do not fit")
-    _check_numbers({f"f{n}": forward, f"r{n}": reverse, f"p{n}": displacement_m}, path)
-    heard = forward.any(axis=(1, 2)) & reverse.any(axis=(1, 2))
-    _check_enough(heard, np.ones(n_packets, dtype=bool), f"{path}: antennas of link {n}")
-    others_deg = entry({"toolbox_azimuths": []} | about, "toolbox_azimuths", path)
-    require(isinstance(others_deg, list), f"{path}: key 'toolbox_azimuths'", "a list", others_deg)
-    peaks_deg = {f"toolbox_azimuths[{k}]": value for k, value in enumerate(others_deg)}
-    return Link(
-        set_name=str(entry(about, "set", path)),
-        place=str(entry(about, "loc", path)),
-        stamp=str(entry(about, "stamp", path)),
-        transmitter=str(entry(about, "tx", path)),
-        forward=_complex(forward[heard]),
-        reverse=_complex(reverse[heard]),
-        displacement_m=displacement_m[heard].astype(float),
-        wavelength_m=wavelength_m(PACK_CHANNEL),
-        truth_rad=float(np.deg2rad(number(about, "bearing_mean", path, **_DEGREES))),
-        toolbox_rad=tuple(float(np.deg2rad(number(peaks_deg, k, path, **_DEGREES))) for k in peaks_deg),
-        n_left_out=int(np.count_nonzero(~heard)),
-    )
-
-
-def _check_numbers(arrays: dict[str, np.ndarray], path: Path) -> None:
-    """Refuse arrays of a pack that hold no numbers, or some that nothing measures."""
-    for name, array in arrays.items():
-        numbers = array.dtype.kind in "iuf" and bool((np.abs(array.astype(float)) <= _LARGEST).all())
-        require(numbers, f"{path}: {name}", f"finite numbers of at most {_LARGEST:g}", array)
-
-
-def _complex(
-    parts: Shaped[np.ndarray, "packets subcarriers 2"],
-) -> Complex[np.ndarray, "packets subcarriers"]:
-    """Complex numbers from real and imaginary parts."""
-    return parts[..., 0].astype(np.complex64) + 1j * parts[..., 1].astype(np.complex64)
 
 
 def _sent_by(log: CsiLog, mac: str) -> Bool[np.ndarray, " records"]:

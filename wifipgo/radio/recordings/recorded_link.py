@@ -1,0 +1,41 @@
+"""One link of a recording: what both ends measured while the receiver moved, and where the other end is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float
+
+from wifipgo.errors import BadInputError
+from wifipgo.radio.propagation.materials import SPEED_OF_LIGHT_M_S
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Link:
+    """The packets that a fixed transmitter and a moving receiver exchanged."""
+
+    set_name: str
+    place: str
+    stamp: str
+    transmitter: str
+    forward: Complex[np.ndarray, "packets subcarriers"]  # at the receiver, antenna A
+    reverse: Complex[np.ndarray, "packets subcarriers"]  # at the transmitter, antenna A
+    displacement_m: Float[np.ndarray, "packets 3"]  # of the receiver since its first move, map frame
+    wavelength_m: float
+    truth_rad: float  # azimuth in the map frame, from the mean aperture position
+    toolbox_rad: tuple[float, ...] = ()  # the toolbox's released peaks, its top one first
+    n_left_out: int = 0  # packets during the motion that antenna A did not hear at both ends
+
+
+def wavelength_m(channel: int) -> float:
+    """Wavelength of a 5 GHz Wi-Fi channel, m."""
+    return SPEED_OF_LIGHT_M_S / (5.0e9 + 5.0e6 * channel)
+
+
+def check_enough(
+    kept: Bool[np.ndarray, " packets"], moving: Bool[np.ndarray, " packets"], field: str
+) -> None:
+    """Refuse what says nothing about a direction."""
+    n_kept, n_moving = np.count_nonzero(kept), np.count_nonzero(moving)
+    if n_kept < 2:
+        rule = "must hear two packets or more while the receiver moves"
+        raise BadInputError(f"{field} {rule}, got {n_kept} of {n_moving}")
