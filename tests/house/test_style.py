@@ -16,6 +16,8 @@ MAX_BODY_LINES = 40  # the aim is 8 in the median and 30 at most
 NAMELESS_ROOMS = {"utils", "util", "common", "helpers", "helper", "core", "misc"}
 NAMELESS_ANGLES = {"theta", "phi", "thetas", "phis"}
 SEEDED = {"Generator", "BitGenerator", "PCG64", "Philox", "SeedSequence", "default_rng"}
+# Neither draws: a state is saved, and put back.
+STATES = {"get_state", "set_state"}
 # Absolute paths of a machine, and settings or hosts of a package index.
 MACHINE = re.compile(r"(?<![\w.~-])/(?:work|home|root|Users|opt)\b(?!-)")
 INDEX = re.compile(r"\bpy(?:pi|thonhosted)\.(?:org|io)\b|--(?:(?:extra-)?index-url|find-links)\b")
@@ -66,7 +68,7 @@ def global_chance(node: ast.AST) -> bool:
         case ast.ImportFrom(module="numpy.random"):
             return any(alias.name not in SEEDED for alias in node.names)
         case ast.Attribute(value=ast.Attribute(value=ast.Name(id="np" | "numpy"), attr="random"), attr=name):
-            return name not in SEEDED
+            return name not in SEEDED | STATES
         case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name), args=args, keywords=keywords):
             given = [*args, *(keyword.value for keyword in keywords)]
             unseeded = not given or (isinstance(given[0], ast.Constant) and given[0].value is None)

@@ -4,7 +4,9 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from wifipgo.radio.recordings.__main__ import main
 from wifipgo.radio.recordings.intel5300 import (
     HOST_STAMPED,
     N_SUBCARRIERS,
@@ -16,6 +18,9 @@ from wifipgo.radio.recordings.recorded_link import wavelength_m
 from wifipgo.radio.recordings.wsr_dataset import MACS
 
 STAMP = "2021-06-27_202550"
+SPOTS_M = {"tx2": (-2.4, 2.6, 0.7), "tx3": (2.5, -2.6, 0.5), "tx4": (-3.7, -1.5, 0.3)}
+RX, TX3 = f"csi_rx_{STAMP}.dat", f"csi_tx3_{STAMP}.dat"
+TRAJECTORY, TRUTH = f"rx_trajectory_{STAMP}_.csv", "groundtruth_positions.json"
 CHANNEL = 108
 START_S = 1_624_839_912.0
 SUBCARRIER_STEP_HZ = 625e3
@@ -86,3 +91,11 @@ def log_of(antenna_a: np.ndarray, sender_mac: str, time_s: np.ndarray) -> CsiLog
     csi = np.zeros((*antenna_a.shape, 3, 1), np.complex64)
     csi[:, :, 0, 0] = antenna_a
     return CsiLog(header, csi)
+
+
+def refusal(path: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """The one line on stderr with which the command ends."""
+    assert main([str(path), "--out", str(path.parent / "pictures")]) == 2
+    line = capsys.readouterr().err
+    assert line.count("\n") == 1
+    return line
