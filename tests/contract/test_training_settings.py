@@ -11,7 +11,7 @@ pytest.importorskip("stable_baselines3")
 
 from train._config import HELD_OUT_SEED
 from train._config_files import read_yaml
-from train.ppo import Run
+from train.training import Run
 from wifipgo.folder_lock import held
 
 
