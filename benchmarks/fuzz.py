@@ -19,7 +19,8 @@ import numpy as np
 
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
-from wifipgo.graph.config import BACKENDS, ESTIMATORS
+from wifipgo.graph.backends import BACKENDS
+from wifipgo.graph.config import ESTIMATORS
 from wifipgo.graph.metrics import ERR_WEIGHTS
 from wifipgo.graph.outliers.methods import OUTLIER_METHODS
 from wifipgo.graph.solvers import THIRD_PARTY

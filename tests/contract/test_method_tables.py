@@ -1,11 +1,22 @@
 """Tables of methods: a row more is a method more, everywhere that methods are named."""
 
+from collections.abc import Sequence
 from types import MappingProxyType
 
 import numpy as np
 import pytest
 
+import wifipgo.graph.config
+import wifipgo.loop.exchange
 import wifipgo.radio.aoa.estimators as aoa_estimators
+from baselines.reproduce.encounters import EncounterConfig, simulate_encounter
+from wifipgo.errors import BadInputError
+from wifipgo.graph.backends import BACKENDS, Backend, Solution
+from wifipgo.graph.config import GraphConfig
+from wifipgo.graph.distributed.channel import Channel, Message
+from wifipgo.graph.losses import LOSSES
+from wifipgo.graph.outliers.methods import GATES, Gate, OutlierMethod, solve_robust
+from wifipgo.graph.solvers import planar
 from wifipgo.loop.first_tick import start
 from wifipgo.radio import aoa
 from wifipgo.scenarios.lookup import scenario_named
@@ -43,5 +54,50 @@ def test_an_aoa_estimator_that_finds_directions_is_one_row(monkeypatch: pytest.M
     np.testing.assert_allclose(off, 0.0, atol=np.deg2rad(3.0))
 
 
-def test_every_estimator_says_what_it_is() -> None:
-    assert all(row.meaning for row in aoa.ESTIMATORS.values())
+def stay(poses: np.ndarray, *_: object, robots: Sequence[int], channel: Channel, **__: object) -> Solution:
+    """Send a message a robot, and leave poses as they are."""
+    for robot in robots:
+        channel.send(robot, Message(robot, "poses", 0, np.zeros((1, 3, 1))))
+    return Solution(poses, None)
+
+
+def test_a_back_end_is_one_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = {**BACKENDS, "stay": Backend(solve=stay, sends=True, bearings=False, meaning="nobody moves")}
+    for module in (wifipgo.graph.config, wifipgo.loop.exchange):
+        monkeypatch.setattr(module, "BACKENDS", MappingProxyType(rows))
+    with pytest.raises(BadInputError, match="without bearings with the stay backend"):
+        GraphConfig(backend="stay", outliers="bearing")
+    scenario = scenario_named("paper-hw-2", n_steps=2, backend="stay", message_loss=0.2)
+    _, tick = start(scenario, Streams.for_episode(3, 0))
+    believed, rng = tick.belief, np.random.default_rng(0)
+    meeting = wifipgo.loop.exchange._meet(
+        believed.paths, believed.log, believed.team, [0, 1], cfg=scenario.graph, rng=rng
+    )
+    assert meeting.served
+    assert meeting.bytes_sent >= 2 * 24
+    np.testing.assert_array_equal(meeting.paths.estimate, believed.paths.estimate)
+
+
+def test_a_gate_is_one_row() -> None:
+    """It may judge by direction, as measurements come, or by agreement, when robots meet."""
+    world = simulate_encounter(EncounterConfig(n_outliers=2), rng=np.random.default_rng(0))
+    nothing = Gate(name="nothing", by_agreement=lambda edges, *, n_robots: ~edges.between_robots)
+    half = Gate(name="half", by_direction=lambda z, *_, sigma_rad, gate_rad: np.full(len(z), 0.5))
+    for gate, weight in ((nothing, 0.0), (half, 0.5)):
+        method = OutlierMethod(gate=gate)
+        _, report = solve_robust(world.start, world.edges, world.bearings, robots=[0, 1], outliers=method)
+        (down,) = report.downweighted
+        assert down.method == gate.name
+        assert method.at_rendezvous().gate.by_direction is None
+        np.testing.assert_array_equal(down.rows, np.flatnonzero(world.edges.between_robots))
+        np.testing.assert_array_equal(down.weight, weight)
+
+
+def test_every_loss_has_a_search() -> None:
+    assert set(planar._SEARCHES) == set(LOSSES)
+
+
+def test_every_row_says_what_it_is() -> None:
+    for table in (aoa.ESTIMATORS, BACKENDS, LOSSES):
+        assert all(row.meaning for row in table.values())
+    assert len({gate.name for gate in GATES}) == len(GATES)

@@ -3,24 +3,34 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
 from wifipgo.errors import pick, require, require_within
+from wifipgo.graph.backends import BACKENDS
 from wifipgo.graph.metrics import ERR_WEIGHTS
 from wifipgo.graph.outliers.methods import OUTLIER_METHODS
 from wifipgo.graph.solvers import THIRD_PARTY
 
-ESTIMATORS: Mapping[str, str] = MappingProxyType(
+
+class PoseEstimator(NamedTuple):
+    """When poses are optimised.
+
+    Attributes:
+        incremental: Whether every robot keeps a smoother that grows at every iteration, and a rendezvous is
+            an exchange of graphs only; else those that meet solve, and only then.
+        meaning: In words.
+    """
+
+    incremental: bool
+    meaning: str
+
+
+ESTIMATORS: Mapping[str, PoseEstimator] = MappingProxyType(
     {
-        "at_rendezvous": "poses are optimised only when robots meet (paper mode)",
-        "every_step": "each robot optimises what it knows at every iteration (iSAM2)",
-    }
-)
-BACKENDS: Mapping[str, str] = MappingProxyType(
-    {
-        "gtsam": "one of those that meet solves for all",
-        "distributed": "those that meet each solve for their own poses and exchange separators",
+        "at_rendezvous": PoseEstimator(False, "poses are optimised only when robots meet (paper mode)"),
+        "every_step": PoseEstimator(True, "each robot optimises what it knows at every iteration (iSAM2)"),
     }
 )
 
@@ -34,10 +44,10 @@ class GraphConfig:
 
     Attributes:
         err_weights: "unit" (paper mode) or "information".
-        estimator: When poses are optimised: a name in `ESTIMATORS`. With "every_step" robots that meet
-            exchange their graphs, and each solves by itself.
-        backend: Who optimises at a rendezvous: a name in `BACKENDS`.
-        message_loss: Share of the messages of the distributed backend that are lost, and sent again.
+        estimator: When poses are optimised: a name in `wifipgo.graph.config.ESTIMATORS`. With "every_step"
+            robots that meet exchange their graphs, and each solves by itself.
+        backend: Who optimises at a rendezvous: a name in `wifipgo.graph.backends.BACKENDS`.
+        message_loss: Share of the messages of a back-end that sends any that are lost, and sent again.
         outliers: What guards the optimisation against outliers: a name in
             `wifipgo.graph.OUTLIER_METHODS`. A gate on direction weighs measurements as they come, so Err_i
             has its weights; what a loss or PCM lets go at a rendezvous counts in Err_i as before.
@@ -71,19 +81,29 @@ class GraphConfig:
         pick(THIRD_PARTY, self.third_party, "third_party")
         self._check_together()
 
+    @property
+    def incremental(self) -> bool:
+        """Whether every robot solves at every iteration."""
+        return ESTIMATORS[self.estimator].incremental
+
     def _check_together(self) -> None:
         """Reject values that do not go with each other."""
-        guard, by_robots = OUTLIER_METHODS[self.outliers], self.backend == "distributed"
-        if self.estimator == "every_step":
-            require(not by_robots, "GraphConfig.backend", "'gtsam' with every_step", self.backend)
-            able = guard.loss != "gnc" and guard.gate != "pcm"
-            rule = "without 'gnc' and 'pcm', which solve again from scratch, with every_step"
-            require(able, "GraphConfig.outliers", rule, self.outliers)
+        guard, backend = OUTLIER_METHODS[self.outliers], BACKENDS[self.backend]
+        if self.incremental:
+            rule = f"one of {_without_messages()} with {self.estimator}"
+            require(not backend.sends, "GraphConfig.backend", rule, self.backend)
+            rule = f"without 'gnc' and 'pcm', which solve again from scratch, with {self.estimator}"
+            require(guard.incremental, "GraphConfig.outliers", rule, self.outliers)
         else:
             require(not self.aoa_factors, "GraphConfig.aoa_factors", "False but with every_step", True)
-        if by_robots:
-            rule = "without bearings with the distributed backend"
-            require(not guard.bearings, "GraphConfig.outliers", rule, self.outliers)
-        rule = "0 but with the distributed backend, which sends messages"
-        lossy = self.message_loss
-        require(by_robots or lossy == 0.0, "GraphConfig.message_loss", rule, lossy)
+        rule = f"without bearings with the {self.backend} backend"
+        require(backend.bearings or not guard.bearings, "GraphConfig.outliers", rule, self.outliers)
+        rule = "0 but with a backend that sends messages, as 'distributed'"
+        require(
+            backend.sends or self.message_loss == 0.0, "GraphConfig.message_loss", rule, self.message_loss
+        )
+
+
+def _without_messages() -> str:
+    """Names of the back-ends that send nothing while they solve."""
+    return ", ".join(repr(name) for name, row in BACKENDS.items() if not row.sends)

@@ -21,9 +21,10 @@ from wifipgo.command_line import exit_code, printable, say
 from wifipgo.errors import DoubtfulError, require
 from wifipgo.folder_lock import held
 from wifipgo.graph.chordal import chordal_cost, links, matrices
-from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport, solve_distributed
+from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport
 from wifipgo.graph.distributed.robust import solve_reweighted
 from wifipgo.graph.files.g2o import Reading, read_g2o
+from wifipgo.graph.losses import LOSSES
 from wifipgo.graph.outliers.pcm import consistent_sets
 from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.residuals import chi_squares
@@ -94,7 +95,7 @@ def optimise(
     begin = time.perf_counter()
     sets = consistent_sets(graph) if robust == "pcm" else None
     weight = np.ones(len(graph.tail)) if sets is None else sets.keep.astype(np.float64)
-    loss = robust if robust in {"huber", "gnc"} else "none"
+    loss = robust if robust in LOSSES else "none"
     guarded = graph.with_weight(graph.weight * weight)
     if backend == "gtsam":
         poses, report = solve_graph(
@@ -118,11 +119,8 @@ def _by_robots(
     graph: PoseGraph, fixed: Int[np.ndarray, " fixed"] | None, loss: str, threshold: float
 ) -> tuple[Float[np.ndarray, "poses dims"], DistributedReport, Float[np.ndarray, " edges"]]:
     """Solve without a computer that knows everything; poses, report, and what the loss left."""
-    channel, config = Channel(), DistributedConfig(threshold=threshold)
-    if loss == "none":
-        poses, told = solve_distributed(graph, fixed=fixed, config=config, channel=channel)
-        return poses, told, np.ones(len(graph.tail))
-    return solve_reweighted(graph, robust=loss, fixed=fixed, config=config, channel=channel)
+    config = DistributedConfig(threshold=threshold)
+    return solve_reweighted(graph, loss=loss, fixed=fixed, config=config, channel=Channel())
 
 
 def _put_back(

@@ -4,22 +4,17 @@ A rendezvous is an exchange: trajectories, measurements and bearings. Under the 
 "at_rendezvous" it is also the only time at which poses are optimised (Eq. 3).
 """
 
-from contextlib import suppress
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
-from wifipgo.errors import NumericalError
-from wifipgo.graph import DistributedConfig
+from wifipgo.graph.backends import BACKENDS
 from wifipgo.graph.config import GraphConfig
 from wifipgo.graph.distributed import Channel
-from wifipgo.graph.distributed.simulated_team import solve_by_robots
 from wifipgo.graph.edges import Edges, refresh_reported
-from wifipgo.graph.outliers.methods import OUTLIER_METHODS, gate_weights, solve_robust
+from wifipgo.graph.outliers.methods import OUTLIER_METHODS
 from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
-from wifipgo.graph.solvers import last_pose_covariances
 from wifipgo.rendezvous import NOBODY, due_groups
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import MeasurementLog, Paths, Team
@@ -29,8 +24,7 @@ from wifipgo.state import MeasurementLog, Paths, Team
 BYTES_PER_POSE, BYTES_PER_EDGE, BYTES_PER_BEARING = 24, 64, 32
 # A packet of a turn that says where its sender is: 802.11 header and check, position, its covariance.
 BYTES_PER_PING = 28 + 16 + 24
-# Robots that solve for themselves stop when none moves further, in m; messages are sent up to so often.
-_THRESHOLD_M, _ATTEMPTS = 0.01, 10
+_ATTEMPTS = 10  # how often a message is sent at most
 
 
 class Meeting(NamedTuple):
@@ -106,62 +100,26 @@ def _meet(
     Only what the members measured or were told enters. Gates on direction weighed the measurements
     when they came.
     """
-    if cfg.estimator == "every_step":
+    if cfg.incremental:
         return Meeting(paths, log.edges, _bytes_of_news(paths, log, team, group))
-    if cfg.backend == "distributed":
-        return _solved_by_robots(paths, log, group, cfg=cfg, rng=rng)
-    guard = OUTLIER_METHODS[cfg.outliers]
-    at_once = replace(guard, gate="none") if guard.by_direction else guard
-    n_bytes = _bytes_of_graphs(paths, log, group)
-    try:
-        solved, report = solve_robust(
-            paths.estimate,
-            log.edges,
-            log.bearings,
-            robots=group,
-            outliers=at_once,
-            third_party=cfg.third_party,
-            covariances=True,
-        )
-    except NumericalError:  # what they measured cannot be solved for, so they go on as they were
+    backend = BACKENDS[cfg.backend]
+    channel = Channel(loss=cfg.message_loss, attempts=_ATTEMPTS, rng=rng)
+    found = backend.solve(
+        paths.estimate,
+        log.edges,
+        log.bearings,
+        robots=group,
+        method=OUTLIER_METHODS[cfg.outliers].at_rendezvous(),
+        third_party=cfg.third_party,
+        channel=channel,
+    )
+    n_bytes = channel.bytes_sent if backend.sends else _bytes_of_graphs(paths, log, group)
+    if found is None:  # what they measured cannot be solved for, so they go on as they were
         return Meeting(paths, log.edges, n_bytes, served=False)
     return Meeting(
-        _optimised(paths, solved, group, report.last_pose_covariances),
-        refresh_reported(log.edges, solved, robots=group),
+        _optimised(paths, found.poses, group, found.covariances),
+        refresh_reported(log.edges, found.poses, robots=group),
         n_bytes,
-    )
-
-
-def _solved_by_robots(
-    paths: Paths, log: MeasurementLog, group: list[int], *, cfg: GraphConfig, rng: np.random.Generator
-) -> Meeting:
-    """Let each robot solve for its own poses; what has not converged is not believed."""
-    guard = OUTLIER_METHODS[cfg.outliers]
-    gate = guard.gate if guard.gate == "pcm" else "none"
-    weight = gate_weights(log.edges, None, gate, group)
-    edges = replace(log.edges, weight=log.edges.weight * weight)
-    channel = Channel(loss=cfg.message_loss, attempts=_ATTEMPTS, rng=rng)
-    try:
-        solved, report = solve_by_robots(
-            paths.estimate,
-            edges,
-            robots=group,
-            loss=guard.loss,
-            third_party=cfg.third_party,
-            config=DistributedConfig(threshold=_THRESHOLD_M),
-            channel=channel,
-        )
-    except NumericalError:
-        report = None
-    if report is None or not report.converged:
-        return Meeting(paths, log.edges, channel.bytes_sent, served=False)
-    known = None
-    with suppress(NumericalError):  # then the last ones stay
-        known = last_pose_covariances(solved, edges, robots=group, third_party=cfg.third_party)
-    return Meeting(
-        _optimised(paths, solved, group, known),
-        refresh_reported(log.edges, solved, robots=group),
-        channel.bytes_sent,
     )
 
 

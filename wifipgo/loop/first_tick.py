@@ -45,7 +45,7 @@ def _world(layout: Layout, scenario: Scenario, streams: Streams) -> World:
         rng=streams.standing,
     )
     arena = Arena(layout, scenario.arena, turn_rad=scenario.turn.turn_rad)
-    smoothers = PerRobotSmoothers(scenario.graph) if scenario.graph.estimator == "every_step" else None
+    smoothers = PerRobotSmoothers(scenario.graph) if scenario.graph.incremental else None
     return World(layout, first_scene(layout, scenario), arena, standing, smoothers)
 
 

@@ -6,14 +6,12 @@ import numpy as np
 from jaxtyping import Float
 
 from wifipgo.errors import pick, require
-from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport, solve_distributed
+from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport
 from wifipgo.graph.distributed.robust import solve_reweighted
 from wifipgo.graph.edges import Edges
+from wifipgo.graph.losses import LOSSES
 from wifipgo.graph.solvers import THIRD_PARTY
 from wifipgo.graph.solvers.keyed_problem import keyed_problem
-
-# Losses that robots can apply by themselves.
-ROBUST_BY_ROBOTS = ("none", "huber", "gnc")
 
 
 def solve_by_robots(
@@ -35,7 +33,7 @@ def solve_by_robots(
         poses: Current estimates, world frame: where a warm search starts.
         edges: All measurements; used are those that the participants took.
         robots: Who takes part.
-        loss: One of `ROBUST_BY_ROBOTS`, of all measurements but odometry.
+        loss: A name in `wifipgo.graph.losses.LOSSES`, of all measurements but odometry.
         third_party: What an edge to a robot outside does, see `wifipgo.graph.solve`.
         config: How to iterate.
         channel: Carries and counts the messages.
@@ -49,15 +47,12 @@ def solve_by_robots(
     """
     team = sorted(robots)
     require(len(set(team)) == len(team) > 0, "robots", "one or more, each once", robots)
-    pick(dict.fromkeys(ROBUST_BY_ROBOTS), loss, "loss of the distributed method")
+    pick(LOSSES, loss, "loss")
     graph, fixed = keyed_problem(
         poses, edges, team, told=pick(THIRD_PARTY, third_party, "third-party option")
     )
     config, channel = config or DistributedConfig(), channel or Channel()
-    if loss == "none":
-        rows, report = solve_distributed(graph, fixed=fixed, config=config, channel=channel)
-    else:
-        rows, report, _ = solve_reweighted(graph, robust=loss, fixed=fixed, config=config, channel=channel)
+    rows, report, _ = solve_reweighted(graph, loss=loss, fixed=fixed, config=config, channel=channel)
     own = graph.index >= 0
     solved = poses.copy()
     solved[graph.robot[own], graph.index[own]] = rows[own]

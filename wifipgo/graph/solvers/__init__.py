@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from wifipgo.former_names import of_face
-from wifipgo.graph.solvers._losses import LOSSES
+from wifipgo.graph.losses import LOSSES
 from wifipgo.graph.solvers._problem import KNOWN_START, REPORTED_SIGMA, THIRD_PARTY, UNKNOWN_START, odometry
 from wifipgo.graph.solvers.incremental import IncrementalSmoothers, SmootherResult, SmootherUpdate
 from wifipgo.graph.solvers.marginals import last_pose_covariances

@@ -8,11 +8,11 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo.graph.covariance import in_world_axes
+from wifipgo.graph.losses import GNC_CONFIDENCE
 from wifipgo.graph.solvers._elimination import marginals, parameters, searched, truncated
 from wifipgo.graph.solvers._gauss_newton import descend
 
 TOLERANCE = 1e-8  # on the relative and absolute fall of the error: poses within about 0.1 mm of the optimum
-GNC_CONFIDENCE = 0.99  # share of good measurements that truncation keeps
 
 
 class Found(NamedTuple):

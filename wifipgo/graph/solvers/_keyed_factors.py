@@ -9,10 +9,10 @@ from jaxtyping import Float, Int
 
 from wifipgo import se3
 from wifipgo.graph.posegraph import PoseGraph, normalised
+from wifipgo.graph.solvers._losses import huber as as_huber
 from wifipgo.graph.subgraphs import held
 
 ANCHOR_SIGMA = 1e-6  # m and rad
-HUBER_KNEE = 1.345  # in sigmas, the customary one
 ORDER = MappingProxyType({3: [0, 1, 2], 6: [3, 4, 5, 0, 1, 2]})  # in space gtsam puts rotation first
 
 
@@ -47,14 +47,13 @@ def _noise_models(
     information: Float[np.ndarray, "used freedom freedom"], huber: np.ndarray
 ) -> list[gtsam.noiseModel.Base]:
     """One model for each matrix; equal ones share it."""
-    loss = gtsam.noiseModel.mEstimator.Huber.Create(HUBER_KNEE)
     models: dict[tuple[bytes, bool], gtsam.noiseModel.Base] = {}
     out = []
     for matrix, robust in zip(information, huber.tolist(), strict=True):
         key = (matrix.tobytes(), robust)
         if key not in models:
             plain = gtsam.noiseModel.Gaussian.Information(matrix)
-            models[key] = gtsam.noiseModel.Robust.Create(loss, plain) if robust else plain
+            models[key] = as_huber(plain) if robust else plain
         out.append(models[key])
     return out
 

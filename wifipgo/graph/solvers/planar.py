@@ -1,6 +1,6 @@
 """Most likely poses in the plane (paper Eq. 3): squares by Gauss-Newton, losses by Levenberg-Marquardt."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
@@ -13,11 +13,12 @@ from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import pick
 from wifipgo.graph.bearings import NEAREST_M, Bearings, bearing_residuals, select_bearings
 from wifipgo.graph.edges import Edges
+from wifipgo.graph.losses import BEARING_C, LOSSES, geman_mcclure_weight
 from wifipgo.graph.solvers._banded_cholesky import Lowest, lowest
 from wifipgo.graph.solvers._elimination import named
 from wifipgo.graph.solvers._factors import add_bearings, keys
 from wifipgo.graph.solvers._gtsam_search import Found, as_values, least_squares, optimise, truncate
-from wifipgo.graph.solvers._losses import BEARING_C, LOSSES, geman_mcclure_weight, huber_weight
+from wifipgo.graph.solvers._losses import weight_at_huber_loss
 from wifipgo.graph.solvers._problem import (
     ANCHOR_SIGMA,
     KNOWN_START,
@@ -71,7 +72,7 @@ def solve(
         third_party: What an edge to a robot outside does. ``fixed_told``: it ties its
             tail to the pose that the outsider told. ``ignore``: nothing.
         told_sigma: Uncertainty of told poses, (m, rad), for all edges or one row each.
-        loss: Of every relative pose but odometry: a name in `LOSSES`.
+        loss: Of every relative pose but odometry: a name in `wifipgo.graph.losses.LOSSES`.
         bearings: Directions in which robots heard each other, used where both ends take part, with
             Geman-McClure's loss. They enter after a first solve without them, and start from there:
             a loss that lets go of what does not fit must not choose what it fits. Two robots
@@ -155,15 +156,19 @@ def _heard(bearings: Bearings | None, first_key: Int[np.ndarray, " robots"]) -> 
 
 
 def _found(problem: Problem, edges: Edges, loss: str) -> Found | Lowest:
-    """One search under a loss: squares without gtsam where that is faster."""
-    if loss == "gnc":
-        return _truncated(problem, edges)
-    if loss == "none":
-        low = lowest(problem, edges)
-        if low is not None:
-            return low
-    search = optimise if loss == "huber" else least_squares
-    return search(build(problem, edges, huber=loss == "huber"), as_values(problem.start))
+    """One search under a loss."""
+    return _SEARCHES[loss](problem, edges)
+
+
+def _squares(problem: Problem, edges: Edges) -> Found | Lowest:
+    """Squares, without gtsam where that is faster."""
+    low = lowest(problem, edges)
+    return low or least_squares(build(problem, edges, huber=False), as_values(problem.start))
+
+
+def _hubers(problem: Problem, edges: Edges) -> Found:
+    """Huber's loss, by Levenberg-Marquardt."""
+    return optimise(build(problem, edges, huber=True), as_values(problem.start))
 
 
 def _truncated(problem: Problem, edges: Edges) -> Found:
@@ -175,6 +180,11 @@ def _truncated(problem: Problem, edges: Edges) -> Found:
     weight[problem.rows] *= np.maximum(weights[n_anchors:], LEAST_WEIGHT)
     found = least_squares(build(problem, replace(edges, weight=weight), huber=False), values)
     return found._replace(weight=weights[n_anchors:])
+
+
+_SEARCHES: Mapping[str, Callable[[Problem, Edges], Found | Lowest]] = MappingProxyType(
+    {"none": _squares, "huber": _hubers, "gnc": _truncated}
+)
 
 
 def _put_back(
@@ -198,7 +208,7 @@ def _let_go(loss: str, problem: Problem, found: Found | Lowest) -> tuple[Downwei
         doubted = (np.flatnonzero(problem.doubted) + len(problem.team)).tolist()
         weight = np.ones(len(problem.rows))
         loss_of = [found.graph.at(k).error(found.values) for k in doubted]
-        weight[problem.doubted] = huber_weight(np.array(loss_of))
+        weight[problem.doubted] = weight_at_huber_loss(np.array(loss_of))
     low = weight < 1.0
     return (Downweighted(loss, problem.rows[low], weight[low]),) if low.any() else ()
 

@@ -12,12 +12,12 @@ from typing import NamedTuple
 import gtsam
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.special import chdtri
 
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import NumericalError, pick, require
 from wifipgo.graph.chordal import matrices, pose_rows, two_stage
 from wifipgo.graph.first_guess import first_guess
+from wifipgo.graph.losses import GNC_CONFIDENCE, LOSSES, huber_weight, truncation_chi2
 from wifipgo.graph.posegraph import PoseGraph, normalised
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers._elimination import (
@@ -30,7 +30,7 @@ from wifipgo.graph.solvers._elimination import (
     searched,
     truncated,
 )
-from wifipgo.graph.solvers._keyed_factors import HUBER_KNEE, ORDER, factors_of, name_of, rows_of, values_of
+from wifipgo.graph.solvers._keyed_factors import ORDER, factors_of, name_of, rows_of, values_of
 from wifipgo.graph.solvers.report import Downweighted, Report
 from wifipgo.threads import one_thread
 
@@ -44,16 +44,8 @@ INITIAL: Mapping[str, str] = MappingProxyType(
         "these two differ",
     }
 )
-ROBUST: Mapping[str, str] = MappingProxyType(
-    {
-        "none": "squares",
-        "huber": "squares up to the knee, linear beyond",
-        "gnc": "truncated squares, by graduated non-convexity (Yang et al., RA-L 2020)",
-    }
-)
 TOLERANCE = 1e-10  # on the relative and absolute fall of the error
 SAME_OPTIMUM = 1e-4  # of a cost: two searches that differ by less have found the same minimum
-GNC_CONFIDENCE = 0.99  # share of good measurements that truncation keeps
 FULL_WEIGHT = 1.0 - 1e-6  # what has less was weighed down
 
 
@@ -99,7 +91,7 @@ def solve_graph(
         fixed: Rows of poses that are known and stay, as does the first of each part without any.
         method: One of `METHODS`.
         initial: One of `INITIAL`: what is made of the start before the search.
-        robust: One of `ROBUST`, for all measurements but odometry, which is trusted.
+        robust: A name in `wifipgo.graph.losses.LOSSES`, for all measurements but odometry, which is trusted.
         max_iterations: Of a search; once more as many by QR where Cholesky's factors do not get there.
 
     Returns:
@@ -112,7 +104,7 @@ def solve_graph(
     """
     pick(METHODS, method, "method")
     pick(INITIAL, initial, "initial poses")
-    pick(ROBUST, robust, "robust loss")
+    pick(LOSSES, robust, "robust loss")
     require(max_iterations >= 1, "max_iterations", ">= 1", max_iterations)
     rows = graph.poses if start is None else normalised(start)
     found = _from(_Task(graph, fixed, method, robust, max_iterations), rows, initial)
@@ -194,12 +186,8 @@ def _cost(task: _Task, rows: Float[np.ndarray, "poses dims"]) -> float:
     with np.errstate(over="ignore", invalid="ignore"):
         chi2 = chi_squares(task.graph, rows)
         doubted = ~task.graph.odometry
-        if task.robust == "gnc":
-            limit = float(chdtri(task.graph.freedom, 1.0 - GNC_CONFIDENCE))
-            chi2[doubted] = np.minimum(chi2[doubted], limit)
-        elif task.robust == "huber":
-            far = doubted & (chi2 > HUBER_KNEE**2)
-            chi2[far] = HUBER_KNEE * (2.0 * np.sqrt(chi2[far]) - HUBER_KNEE)
+        limit = truncation_chi2(task.graph.freedom)
+        chi2[doubted] = LOSSES[task.robust].cost(chi2[doubted], limit)
         total = float(chi2.sum())
     return total if np.isfinite(total) else np.inf
 
@@ -291,6 +279,4 @@ def _truncated(
 
 def _huber_weights(graph: PoseGraph, rows: Float[np.ndarray, "poses dims"]) -> Float[np.ndarray, " edges"]:
     """What Huber's loss left of each measurement's information: min(1, knee / distance in sigmas)."""
-    distance = np.sqrt(chi_squares(graph, rows))
-    weight = HUBER_KNEE / np.maximum(distance, HUBER_KNEE)
-    return np.where(graph.odometry, 1.0, weight)
+    return np.where(graph.odometry, 1.0, huber_weight(np.sqrt(chi_squares(graph, rows))))
