@@ -19,7 +19,14 @@ from typing import Any
 import numpy as np
 
 from baselines.evaluation.plan import differences
-from baselines.policies.learned.network import Network, load_network, plain, refuse_other_layout
+from baselines.policies.learned.interfaces import names_read
+from baselines.policies.learned.network import (
+    Network,
+    layout_of,
+    load_network,
+    plain,
+    refuse_other_layout,
+)
 from wifipgo.atomic_files import appearing, write_json
 from wifipgo.errors import BadInputError, require
 from wifipgo.npz_files import read_npz
@@ -142,7 +149,9 @@ class Checkpoints:
             BadInputError: The layout or the scenario is another; names what differs.
         """
         network = load_network(folder / POLICY)
-        refuse_other_layout(network, scenario, str(folder))
+        blocks = dict([*network.layout, *layout_of(scenario)])  # training shows all that there is now
+        reads = names_read(network.interface, list(blocks), scenario)
+        refuse_other_layout(network, scenario, str(folder), reads=reads)
         refuse_other_scenario(network.scenario, plain(scenario), str(folder))
 
     def mend_best(self, folder: Path) -> float:

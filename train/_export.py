@@ -8,7 +8,8 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 from torch import nn
 
-from baselines.policies.learned.network import Layer, Network, layout_of, plain
+from baselines.policies.learned.interfaces import layout_read
+from baselines.policies.learned.network import Layer, Network, plain
 from train._rays_policy import RaysNets
 from wifipgo.scenarios import Scenario
 
@@ -28,7 +29,7 @@ def exported(
         mean=mean.astype(np.float32),
         variance=variance.astype(np.float32),
         clip=float(min(clip, 1e9)),
-        layout=layout_of(scenario),
+        layout=layout_read(interface, scenario),
         scenario=plain(scenario),
         origin=dict(origin),
     )

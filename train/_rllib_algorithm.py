@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from baselines.policies.learned.interfaces import make_interface
-from baselines.policies.learned.network import Layer, Network, layout_of, plain
+from baselines.policies.learned.interfaces import layout_read, make_interface
+from baselines.policies.learned.network import Layer, Network, plain
 from train._interface_env import TranslatedEnv
 from train._rllib_config import RllibConfig, settings_of
 from train._versions import versions
@@ -30,7 +30,7 @@ def exported(state: Mapping[str, Any], config: RllibConfig, scenario: Scenario) 
         mean=np.zeros(interface.n_shown, np.float32),
         variance=np.ones(interface.n_shown, np.float32),
         clip=1e9,
-        layout=layout_of(scenario),
+        layout=layout_read(config.interface, scenario),
         scenario=plain(scenario),
         origin={"command": "python -m train.rllib", "settings": settings_of(config), "versions": versions()},
     )

@@ -12,9 +12,11 @@ from baselines.policies import make_policy
 from baselines.policies.learned.network import Layer, Network, layout_of, load_network, perceptron, plain
 from baselines.policies.learned.policy import LearnedPolicy, shipped
 from baselines.policies.learned.ray_interface import N_DIRECTION, Rays
+from envs import _observation
+from envs._observation import BLOCKS, Block
 from envs.directions import STAY
 from envs.rendezvous_v0 import parallel_env
-from wifipgo.scenarios import scenario_named
+from wifipgo.scenarios import Scenario, scenario_named
 
 
 def rows_of(scenario: str, seed: int, n_steps: int) -> np.ndarray:
@@ -131,6 +133,67 @@ def test_a_network_of_another_layout_is_refused_by_block(tmp_path: Path) -> None
     replace(shipped(), mean=np.zeros(3), variance=np.ones(3)).save(path)
     with pytest.raises(ValueError, match=r"shown must be 213, .*, got 3"):
         make_policy(f"ppo:path={path}", scenario_named("paper-sim-2"))
+
+
+def played(policy: LearnedPolicy, scenario: Scenario, n_steps: int) -> np.ndarray:
+    """Actions of some steps."""
+    env = parallel_env(scenario)
+    observations, _ = env.reset(seed=4)
+    actions = []
+    for _ in range(n_steps):
+        chosen = policy.act(observations)
+        actions.append(np.stack(list(chosen.values())))
+        observations, *_ = env.step(chosen)
+    return np.stack(actions)
+
+
+@pytest.mark.parametrize("name", ["rays", "flat"])
+def test_blocks_that_it_does_not_read_change_nothing(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """One in the middle, one in every slot, one last: the policy plays as before, to the bit."""
+    scenario = scenario_named("paper-sim-2", size_m=6.0)
+    network = shipped() if name == "rays" else flat_network("paper-sim-2")
+    before = played(LearnedPolicy.of(network, scenario), scenario, 12)
+    nothing = [
+        Block(block, 2, -1.0, 1.0, "1", "noise", of=lambda b, _: b.err[:, None] * [0.01, -0.01] % 1.0)
+        for block in ("own/new", "new")
+    ]
+    slot = Block("slot/new", 1, 0.0, 1.0, "1", "noise", of=lambda b, _: b.radio.slots * 0.3)
+    rows = [*BLOCKS[:4], nothing[0], *BLOCKS[4:16], slot, *BLOCKS[16:], nothing[1]]
+    monkeypatch.setattr(_observation, "BLOCKS", tuple(rows))
+    np.testing.assert_array_equal(played(LearnedPolicy.of(network, scenario), scenario, 12), before)
+
+
+def test_what_it_cannot_read_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = scenario_named("paper-sim-2")
+    policy = LearnedPolicy(scenario)
+    with pytest.raises(ValueError, match=r"observations must be 368 numbers .*, got 367"):
+        policy.act({"robot_0": np.ones(367)})
+    lidar = next(k for k, block in enumerate(BLOCKS) if block.name == "lidar")
+    finer = replace(BLOCKS[lidar], size=32)
+    monkeypatch.setattr(_observation, "BLOCKS", (*BLOCKS[:lidar], finer, *BLOCKS[lidar + 1 :]))
+    with pytest.raises(ValueError, match="the first is 'lidar': 16 in training, 32 in 'paper-sim-2'"):
+        LearnedPolicy(scenario)
+    monkeypatch.setattr(_observation, "BLOCKS", (*BLOCKS[:lidar], *BLOCKS[lidar + 1 :]))
+    for network in (shipped(), flat_network("paper-sim-2")):
+        trained = replace(network, layout=shipped().layout)
+        with pytest.raises(ValueError, match=r"1 blocks .* 'lidar': 16 in training, absent in 'paper-sim-2'"):
+            LearnedPolicy.of(trained, scenario)
+    monkeypatch.undo()
+    fewer = [(name, size) for name, size in shipped().layout if name != "own/spread"]
+    with pytest.raises(ValueError, match="'own/spread': absent in training, 1 in 'paper-sim-2'"):
+        LearnedPolicy.of(replace(shipped(), layout=fewer), scenario)
+
+
+def test_time_that_is_left_is_counted_in_the_episode_that_is_played() -> None:
+    """Steps home over steps left: after a tenth of 200 steps, 180 are left, not 45."""
+    scenario = scenario_named("paper-sim-2")
+    rows = rows_of("paper-sim-2", 3, 5)
+    short, long = (Rays(scenario_named("paper-sim-2", n_steps=n)).shown(rows) for n in (50, 200))
+    differs = np.flatnonzero((short != long).any(axis=0))
+    assert len(differs) == 1
+    home = np.abs(short[:, differs[0]]) > 0.0
+    np.testing.assert_allclose(short[home, differs[0]] / long[home, differs[0]], 4.0, rtol=1e-5)
+    np.testing.assert_array_equal(Rays(scenario).shown(rows), short)
 
 
 @pytest.mark.parametrize("content", [None, b"", b"no archive", b"PK\x03\x04 a broken one"])

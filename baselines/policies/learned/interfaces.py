@@ -5,7 +5,8 @@ robot.  ``flat`` shows the observation as it is and answers with the action itse
 that little has to be learned: see `baselines.policies.learned.ray_interface`.
 """
 
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Protocol, runtime_checkable
 
@@ -30,13 +31,14 @@ class Interface(Protocol):
     Attributes:
         n_shown: Numbers that the network is shown of each robot.
         n_choices: Options of each answer; empty where the answer is the action, a point in [-1, 1]^3.
-        reads: Pattern of the names of all blocks that it has to find as they were in training.
-        scale: Lengths that it takes from the scenario; scenarios with others are translated otherwise.
+        reads: Blocks that it reads; empty: all that the network was trained on.
+        scale: Lengths, in space and time, that it takes from the scenario; scenarios with others are
+            translated otherwise.
     """
 
     n_shown: int
     n_choices: tuple[int, ...]
-    reads: str
+    reads: tuple[str, ...]
     scale: tuple[float, ...]
 
     def shown(self, rows: Rows) -> Shown:
@@ -50,19 +52,27 @@ class Interface(Protocol):
 
 
 class Flat:
-    """The observation as it is; the answer is the action."""
+    """The observation as it is; the answer is the action.
+
+    Args:
+        scenario: Whose observations are shown.
+        blocks: Names of those that are shown, in this order; without them all.
+    """
 
     n_choices: tuple[int, ...] = ()
-    reads = ".*"
+    reads: tuple[str, ...] = ()
     scale: tuple[float, ...] = ()
 
-    def __init__(self, scenario: Scenario) -> None:
-        """Learn the width of the observation."""
-        self.n_shown = sum(field.size for field in layout(scenario))
+    def __init__(self, scenario: Scenario, blocks: Sequence[str] = ()) -> None:
+        """Find the columns of the blocks."""
+        where = {field.name: np.r_[field.where] for field in layout(scenario)}
+        columns = [pick(where, name, "block of the observation") for name in blocks or where]
+        self._columns = np.concatenate(columns)
+        self.n_shown = len(self._columns)
 
     def shown(self, rows: Rows) -> Shown:
-        """The observation."""
-        return rows.astype(np.float32, copy=False)
+        """Those blocks, one after the other."""
+        return rows[:, self._columns].astype(np.float32, copy=False)
 
     def commands(self, answers: Answers, rows: Rows) -> Actions:
         """The answer, within bounds."""
@@ -73,13 +83,35 @@ class Flat:
         return np.clip(actions, -1.0, 1.0).astype(np.float32, copy=False)
 
 
-INTERFACES: Mapping[str, Callable[[Scenario], Interface]] = MappingProxyType({"flat": Flat, "rays": Rays})
+INTERFACES: Mapping[str, type[Flat | Rays]] = MappingProxyType({"flat": Flat, "rays": Rays})
 
 
-def make_interface(name: str, scenario: Scenario) -> Interface:
+def make_interface(name: str, scenario: Scenario, blocks: Sequence[str] = ()) -> Interface:
     """Interface by name.
+
+    Args:
+        name: In `INTERFACES`.
+        scenario: Whose observations it translates.
+        blocks: Those that a network was trained on, in order; for one that is yet to be trained, all.
 
     Raises:
         ValueError: Unknown; the message lists those that exist.
     """
-    return pick(INTERFACES, name, "interface")(scenario)
+    kind = pick(INTERFACES, name, "interface")
+    return Flat(scenario, blocks) if kind is Flat else kind(scenario)
+
+
+def names_read(name: str, trained: Sequence[str], scenario: Scenario) -> Sequence[str]:
+    """Blocks that a network reads, by its interface's name and the blocks that it was trained on.
+
+    One that is shown everything is shown every slot: a scenario with more of them is another input.
+    """
+    present = [field.name for field in layout(scenario)]
+    slots = [n for n in present if n not in trained and re.sub(r"^slot\d+/", "slot0/", n) in trained]
+    return pick(INTERFACES, name, "interface").reads or [*trained, *slots]
+
+
+def layout_read(name: str, scenario: Scenario) -> list[tuple[str, int]]:
+    """Name and size of each block that a network with this interface is trained on."""
+    reads = pick(INTERFACES, name, "interface").reads
+    return [(field.name, field.size) for field in layout(scenario) if not reads or field.name in reads]

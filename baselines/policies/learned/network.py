@@ -5,7 +5,6 @@ without torch and without pickle.
 """
 
 import json
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -42,7 +41,7 @@ class Network:
         nets: Perceptrons by name: ``action`` for flat, ``ray`` and ``whole`` for rays.
         mean, variance: Of what is shown, by which it is normalised.
         clip: Largest normalised number.
-        layout: Name and size of each block of the observation, in order.
+        layout: Name and size of each block of the observation that it was trained on, in order.
         scenario: The scenario that it was trained on, as plain values.
         origin: Command, seed, versions: where it comes from.
     """
@@ -136,26 +135,23 @@ def plain(scenario: Scenario) -> dict[str, Any]:
     return dict(json.loads(json.dumps(asdict(scenario))))
 
 
-def refuse_other_layout(network: Network, scenario: Scenario, where: str, *, reads: str = ".*") -> None:
-    """Raise unless a scenario's observations are those that the network was trained on.
+def refuse_other_layout(network: Network, scenario: Scenario, where: str, *, reads: Sequence[str]) -> None:
+    """Raise unless a scenario's observations hold what the network reads, as it was in training.
 
     Args:
-        network: Says which they were.
+        network: Says how it was.
         scenario: To be played.
         where: What the network is called.
-        reads: Pattern of the names that count.
+        reads: Names of the blocks that count; where they stand, and what else is there, does not.
 
     Raises:
         ValueError: Names the first block that differs.
     """
-    there, now = (
-        {name: size for name, size in blocks if re.fullmatch(reads, name)}
-        for blocks in (network.layout, layout_of(scenario))
-    )
-    if list(there.items()) == list(now.items()):
+    there, now = dict(network.layout), dict(layout_of(scenario))
+    names = [name for name in reads if name not in there or there[name] != now.get(name)]
+    if not names:
         return
-    names = [name for name in (there | now) if there.get(name) != now.get(name)]
-    name = names[0] if names else "order of the blocks"
+    name = names[0]
     what = f"{len(names)} blocks of the observation differ, the first is {name!r}: "
     sizes = f"{there.get(name, 'absent')} in training, {now.get(name, 'absent')} in {scenario.name!r}"
     trained = network.scenario.get("name")

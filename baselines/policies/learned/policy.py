@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from baselines.policies.learned.interfaces import make_interface
-from baselines.policies.learned.network import Network, load_network, refuse_other_layout
+from baselines.policies.learned.interfaces import make_interface, names_read
+from baselines.policies.learned.network import Network, layout_of, load_network, refuse_other_layout
 from baselines.policies.observation_view import flat_rows
 from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.errors import require
@@ -22,7 +22,8 @@ class LearnedPolicy:
     """A trained network that drives every robot, each by its own observation.
 
     Args:
-        scenario: Has to observe what the network was trained on; `rays` takes any number of neighbours.
+        scenario: Has to observe the blocks that the network reads, whatever else it does; `rays` takes any
+            number of neighbours and any length of an episode.
         path: File that training exported; without one, the policy that ships with the package.
         sample: Draw actions with the probabilities of the network, as in training; else take the best.
 
@@ -44,8 +45,10 @@ class LearnedPolicy:
         return policy
 
     def _prepare(self, network: Network, scenario: Scenario, *, where: str, sample: bool) -> None:
-        self._interface = make_interface(network.interface, scenario)
-        refuse_other_layout(network, scenario, where, reads=self._interface.reads)
+        trained = [name for name, _ in network.layout]
+        refuse_other_layout(network, scenario, where, reads=names_read(network.interface, trained, scenario))
+        self._interface = make_interface(network.interface, scenario, trained)
+        self._n_numbers = sum(size for _, size in layout_of(scenario))
         require(
             len(network.mean) == self._interface.n_shown,
             f"numbers that {where} is shown",
@@ -67,8 +70,14 @@ class LearnedPolicy:
     def act(
         self, observations: Mapping[str, Float[np.ndarray, " numbers"]]
     ) -> dict[str, Float[np.ndarray, "3"]]:
-        """One action for each observation."""
+        """One action for each observation.
+
+        Raises:
+            ValueError: Observations of another scenario.
+        """
         rows = flat_rows(observations)
+        n, rule = rows.shape[1], f"{self._n_numbers} numbers of the scenario that the policy was made for"
+        require(n == self._n_numbers, "observations", rule, n)
         scores = self._network.scores(self._interface.shown(rows))
         actions = self._interface.commands(self._answers(scores), rows)
         return dict(zip(observations, actions, strict=True))

@@ -28,6 +28,13 @@ N_DIRECTION = 3 + len(_REACHES) + 4
 _OWN = ("elapsed", "since_met", "err", "spread", "recorded_spread", "calling", "called", "sighted")
 _SLOT = ("present", "esnr", "rate", "discrepancy", "err", "calls_me", "i_call", "observed")
 N_WHOLE = len(_OWN) + len(_SLOT) + 5
+_PLACE = ("heading", "position", "start", "sighted_bearing")
+# Blocks that are read; of further slots the same as of the first.
+READS = (
+    *(f"own/{name}" for name in (*_OWN, *_PLACE)),
+    *("lidar", "survey"),
+    *(f"slot0/{name}" for name in (*_SLOT, "profile")),
+)
 
 Rows = Float[np.ndarray, "rows numbers"]
 Shown = Float[np.ndarray, "rows shown"]
@@ -41,12 +48,12 @@ class Rays:
     direction, counter-clockwise from ahead. Any number of neighbours will do: it heeds one at a time.
     """
 
-    reads = r"own/.*|lidar|survey|slot0/.*"
+    reads: tuple[str, ...] = READS
     n_shown = N_WHOLE + N_DIRECTION * N_LIDAR_RAYS
     n_choices: tuple[int, ...] = (N_MOTIONS, 2)
 
     def __init__(self, scenario: Scenario) -> None:
-        """Learn the layout and the scale of the room."""
+        """Learn the layout, the scale of the room and the length of an episode."""
         self._fields = {field.name: field for field in layout(scenario)}
         arena = scenario.arena
         # One step length for all: observations do not say which robot they are of.
@@ -55,7 +62,9 @@ class Rays:
         self._steps_per_range = arena.lidar_range_m / step_m
         self._steps_per_room = arena.size_m / step_m
         self._seen_steps = scenario.sensing.sensor_range_m / step_m
-        self.scale: tuple[float, ...] = (self._steps_per_range, self._steps_per_room, self._seen_steps)
+        self._n_steps = scenario.n_steps
+        lengths = (self._steps_per_range, self._steps_per_room, self._seen_steps)
+        self.scale: tuple[float, ...] = (*lengths, float(self._n_steps))
 
     def shown(self, rows: Rows) -> Shown:
         """Numbers of the robot, then those of each direction; float32."""
@@ -107,7 +116,7 @@ class Rays:
             own[name] = np.log1p(4.0 * own[name])
         gain = np.maximum(own["spread"] - own["recorded_spread"], 0.0)
         worse = own["err"] - other["err"]
-        left = home_steps / np.maximum(50.0 * (1.0 - own["elapsed"]), 1.0)
+        left = home_steps / np.maximum(self._n_steps * (1.0 - own["elapsed"]), 1.0)
         return np.stack([*own.values(), *other.values(), gain, worse, home_steps / 5.0, left], axis=1)
 
     def _free_steps(self, rows: Rows) -> np.ndarray:
