@@ -8,7 +8,7 @@ from rich.text import Text
 
 from envs._rendezvous import RendezvousEnv
 from wifipgo.scenarios import SCENARIOS, Scenario
-from wifipgo.scenarios.field_table import FieldRow, field_rows
+from wifipgo.scenarios.field_table import FieldRow, field_rows, limits_of
 
 # Meaning and unit of each component of an action.
 ACTIONS = (
@@ -120,11 +120,19 @@ def fields_markdown() -> str:
 def _markdown(part: str, rows: list[FieldRow]) -> str:
     head = f"### `[{part}]`" if part else "### At the top"
     lines = [
-        f"| `{row.name}` | {row.kind} | {row.unit} | {_code(row.value)} | {row.meaning.replace('|', '/')} |"
+        f"| `{row.name}` | {row.kind} | {row.unit} | {_code(row.value)} | {limits_of(row.name)} "
+        f"| {row.meaning.replace('|', '/')} |"
         for row in rows
     ]
     return "\n".join(
-        [head, "", "| field | type | unit | default | meaning |", "|---|---|---|---|---|", *lines, ""]
+        [
+            head,
+            "",
+            "| field | type | unit | default | limits | meaning |",
+            "|---|---|---|---|---|---|",
+            *lines,
+            "",
+        ]
     )
 
 

@@ -8,7 +8,7 @@ from envs._describe_tables import ACTIONS, fields_markdown
 from envs.describe import main
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.scenarios import SCENARIOS, field_owners, scenario_named
-from wifipgo.scenarios.field_table import PAPER_VALUES, field_rows, meanings_of, origin_of, unit_of
+from wifipgo.scenarios.field_table import PAPER_VALUES, field_rows, limits_of, meanings_of, origin_of, unit_of
 
 DOCS = Path(__file__).parents[2] / "docs" / "scenarios.md"
 MARK = "<!-- python -m envs.describe --fields -->\n"
@@ -97,6 +97,17 @@ def test_every_field_has_a_meaning_and_the_page_has_the_same() -> None:
     _, mark, table = DOCS.read_text(encoding="utf-8").partition(MARK)
     assert mark
     assert table == fields_markdown(), f"put what python -m envs.describe --fields prints below {MARK!r}"
+
+
+def test_limits_are_those_of_refusals() -> None:
+    base = SCENARIOS["paper-sim-2"]
+    assert limits_of("n_slots") == "1 to n_robots - 1"
+    assert limits_of("aoa_estimator") == limits_of("noise_scale") == "-"
+    for name, most in {"kappa": 1_000_000, "n_azimuths": 7200, "tx_power_dbm": 30.0}.items():
+        assert f"{float(limits_of(name).split(' to ')[1]):g}" == f"{most:g}"
+        assert base.with_overrides(**{name: most})
+        with pytest.raises(ValueError, match=name):
+            base.with_overrides(**{name: most * 2})
 
 
 def test_what_the_paper_gives_is_a_value_of_that_field() -> None:

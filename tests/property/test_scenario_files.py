@@ -76,6 +76,18 @@ def test_a_table_and_a_flat_key_say_the_same(tmp_path: Path) -> None:
     assert flat.source.endswith("Ours, from room.toml: n_steps, size_m.")
 
 
+def test_keys_of_the_graph_are_read_where_they_were(tmp_path: Path) -> None:
+    former, now = tmp_path / "former.toml", tmp_path / "now.toml"
+    now.write_text('base = "paper-sim-2"\n[graph]\nestimator = "every_step"\n')
+    former.write_text('base = "paper-sim-2"\n[rendezvous]\nestimator = "every_step"\n')
+    with pytest.warns(FutureWarning, match=r"estimator in .*, table \[rendezvous\], belongs to \[graph\]"):
+        read = scenario_named(former)
+    assert read.graph == scenario_named(now).graph
+    former.write_text("[graph]\nkappa = 4\n")
+    with pytest.raises(ValueError, match=r"kappa must be .*\[rendezvous\].*got '\[graph\]'"):
+        scenario_named(former)
+
+
 def test_without_a_base_the_defaults_hold(tmp_path: Path) -> None:
     plain = scenario_named(write(tmp_path, "n_steps = 9"))
     assert plain == Scenario(name="room", source=plain.source, n_steps=9)

@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from wifipgo.coerce import type_name
+from wifipgo.errors import BadInputError
 from wifipgo.scenarios import Scenario, field_kinds, field_owners, part_types
 
 # Ends of names and what they mean; the first that fits counts.
@@ -97,6 +98,19 @@ def unit_of(name: str) -> str:
     """Unit that a field's name ends in, '-' if none."""
     ends = (unit for end, unit in _UNITS if name.endswith(end))
     return _UNLIKE_THEIR_NAMES.get(name) or next(ends, "-")
+
+
+def limits_of(name: str) -> str:
+    """Least and largest value of a number, in the words of its own refusal; '-' for anything else."""
+    far = {int: 10**15, float: 1e300}.get(field_kinds()[name])
+    if far is None:
+        return "-"
+    try:
+        Scenario(name="", source="").with_overrides(**{name: far})
+    except BadInputError as refusal:
+        rule = re.search(r" must be (?:in )?(.*?)(?:, as .*)?, got ", str(refusal))
+        return re.sub(r"\S+ \((.*)\)$", r"\1", rule[1].replace("..", " to ")) if rule else "-"
+    return "-"
 
 
 def origin_of(name: str, value: Any) -> str:

@@ -6,6 +6,7 @@ This module knows text and names; what a scenario is stands in `wifipgo.scenario
 import json
 import re
 import tomllib
+import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from wifipgo.text_files import read_text
 SUFFIX = ".toml"
 BASE = "base"
 MOST_BYTES = 2**24
+_FORMER_TABLE = {"graph": "rendezvous"}  # of keys that stood in another part, for one version
 _DECIMAL_COMMA = re.compile(r"(?m)^[^#\n\"\'\[\]]*=\s*[-+]?\d+,\d+\s*(?:#.*)?$")
 
 
@@ -60,10 +62,19 @@ def flattened(values: Mapping[str, Any], owners: Mapping[str, str], where: str) 
             known = [*here, *tables, BASE] if table == "" else here
             raise UnknownNameError(_place(table, where), key, known)
         home = f"at the top of {where}" + (f" or in its table [{owners[key]}]" if owners[key] else "")
-        require(table in {"", owners[key]}, key, home, f"[{table}]")
+        if table and table == _FORMER_TABLE.get(owners[key]):
+            _warn_of_former_table(key, table, owners[key], where)
+        else:
+            require(table in {"", owners[key]}, key, home, f"[{table}]")
         require(key not in flat, key, f"given once in {where}", f"[{table}]" if table else key)
         flat[key] = value
     return flat
+
+
+def _warn_of_former_table(key: str, table: str, now: str, where: str) -> None:
+    """Say to whoever wrote the file where a key belongs now."""
+    message = f"{key} in {where}, table [{table}], belongs to [{now}]; the next version refuses it there"
+    warnings.warn(message, FutureWarning, stacklevel=2)
 
 
 def _entries(values: Mapping[str, Any], tables: Iterable[str], where: str) -> Iterator[tuple[str, str, Any]]:
