@@ -12,7 +12,8 @@ from jaxtyping import Bool, Float, Int
 from wifipgo.graph.anchor_bearings import Pings
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.edges import Edges
-from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers, Smoothing
+from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
+from wifipgo.graph.smoother_updates import Smoothing
 from wifipgo.radio.channel.impairments import EpisodeImpairments
 from wifipgo.radio.propagation.surfaces import Surfaces
 from wifipgo.rendezvous import Calls

@@ -12,7 +12,8 @@ from wifipgo.graph.anchor_bearings import NO_PINGS, Pings
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.config import GraphConfig
 from wifipgo.graph.edges import select
-from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers, no_smoothing
+from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
+from wifipgo.graph.smoother_updates import no_smoothing
 
 SIGMA = (0.1, 0.05)
 N_TIMES = 12

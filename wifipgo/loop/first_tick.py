@@ -7,7 +7,8 @@ from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.graph.anchor_bearings import NO_PINGS
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.edges import Edges
-from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers, no_smoothing
+from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
+from wifipgo.graph.smoother_updates import no_smoothing
 from wifipgo.loop.iteration import observe
 from wifipgo.loop.scene import first_scene
 from wifipgo.loop.uncertainty import first_coverage
