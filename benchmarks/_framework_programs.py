@@ -42,7 +42,7 @@ class Framework(NamedTuple):
 
 _SB3 = """
 from stable_baselines3 import PPO
-from train._vec_env import rendezvous_vec_env
+from train import rendezvous_vec_env
 teams = rendezvous_vec_env(n_envs=2, **ROOM)
 model = PPO("MlpPolicy", teams, n_steps=32, batch_size=64, seed=0).learn(512)
 print("agent-steps", model.num_timesteps)

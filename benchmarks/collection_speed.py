@@ -20,8 +20,7 @@ import tyro
 from rich.console import Console
 from rich.progress import track
 
-from train._config import EnvsConfig, TrainConfig
-from train._rollouts import environments
+from train import EnvsConfig, TrainConfig, environments
 
 _WINDOWS = 5
 

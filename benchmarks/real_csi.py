@@ -29,8 +29,7 @@ from scipy.stats import bootstrap
 
 from wifipgo.atomic_files import write_json
 from wifipgo.radio.aoa.confidence import confidences, least_confident
-from wifipgo.radio.recordings.__main__ import bearing
-from wifipgo.radio.recordings.recorded_link import Link
+from wifipgo.radio.recordings.recorded_link import Link, bearing
 from wifipgo.radio.recordings.wsr_dataset import read_links
 
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"

@@ -27,10 +27,10 @@ from rich.progress import track
 from rich.table import Table
 
 from baselines.policies import make_policy
-from envs import _episode, _rendezvous
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
 from wifipgo.atomic_files import write_json
 from wifipgo.loop import iteration
+from wifipgo.world import map_accuracy
 
 # Functions that a step calls, none of them from another of these.
 PARTS: Mapping[str, Sequence[tuple[Any, str]]] = MappingProxyType(
@@ -46,12 +46,12 @@ PARTS: Mapping[str, Sequence[tuple[Any, str]]] = MappingProxyType(
         "drive (pymunk), odometry, cells seen": [(iteration, "drive")],
         "dead reckoning": [(iteration, "dead_reckon")],
         "own covariances and coverage beliefs": [(iteration, "propagate_uncertainty")],
-        "mapped share, the reward": [(_episode, "_updated_map")],
+        "mapped share, the reward": [(map_accuracy, "updated_map_accuracy")],
         "lidar and camera": [(iteration, "sense")],
         "Err and calls": [(iteration, "residual_error"), (iteration, "place_calls"), (iteration, "_shown")],
         "observations, infos, check of actions": [
             (RendezvousEnv, "_seen_and_said"),
-            (_rendezvous, "checked_rows"),
+            (RendezvousEnv, "checked"),
         ],
     }
 )

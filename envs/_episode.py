@@ -11,7 +11,8 @@ from wifipgo.loop import advance, start
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Commands, Tick, World
 from wifipgo.streams import Streams
-from wifipgo.world.map_accuracy import MapAccuracy, first_map_accuracy, updated_map_accuracy
+from wifipgo.world import map_accuracy
+from wifipgo.world.map_accuracy import MapAccuracy, first_map_accuracy
 
 
 class _Chance:
@@ -108,4 +109,6 @@ def _first_map(tick: Tick) -> MapAccuracy:
 def _updated_map(mapped: MapAccuracy, before: Tick, after: Tick) -> MapAccuracy:
     """The same after an iteration."""
     truth, estimate = after.truth, after.belief.paths.estimate
-    return updated_map_accuracy(mapped, truth.cells, truth.poses, before.belief.paths.estimate, estimate)
+    return map_accuracy.updated_map_accuracy(
+        mapped, truth.cells, truth.poses, before.belief.paths.estimate, estimate
+    )

@@ -11,6 +11,7 @@ from envs._rendezvous import OBSERVATIONS, RendezvousEnv
 from envs._reward import REWARDS
 from envs._snapshot import EpisodeSnapshot
 from envs._spaces import by_name
+from envs._team_env import RendezvousTeamEnv
 from envs._turn_based import CheckedActionsWrapper
 from envs.directions import N_BINS, bin_azimuths
 
@@ -34,6 +35,7 @@ __all__ = [
     "EpisodeSnapshot",
     "Field",
     "RendezvousEnv",
+    "RendezvousTeamEnv",
     "bin_azimuths",
     "by_name",
     "env",

@@ -10,7 +10,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor
 
 from envs.rendezvous_v0 import parallel_env
-from train._vec_env import rendezvous_vec_env
+from train import rendezvous_vec_env
 
 STEPS = 256  # enough to see it run; learning takes some 100 000
 ROOM: dict[str, Any] = {"size_m": 4.0, "n_steps": 20}  # small, so that robots meet at once

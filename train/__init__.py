@@ -1,1 +1,38 @@
-"""Learned policies on the same environment."""
+"""Learned policies on the same environment.
+
+The names below load what they need, torch among it, when they are asked for: importing `train` does not.
+"""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from train._config import EnvsConfig, TrainConfig
+    from train._interface_env import TranslatedEnv
+    from train._rollouts import environments
+    from train._vec_env import TeamVecEnv, rendezvous_vec_env
+
+__all__ = [
+    "EnvsConfig",
+    "TeamVecEnv",
+    "TrainConfig",
+    "TranslatedEnv",
+    "environments",
+    "rendezvous_vec_env",
+]
+
+_HOMES = {
+    "EnvsConfig": "_config",
+    "TeamVecEnv": "_vec_env",
+    "TrainConfig": "_config",
+    "TranslatedEnv": "_interface_env",
+    "environments": "_rollouts",
+    "rendezvous_vec_env": "_vec_env",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """A public name, from the module that has it."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"train.{_HOMES[name]}"), name)

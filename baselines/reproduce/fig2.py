@@ -17,8 +17,7 @@ from baselines.reproduce._runs import TRIALS, Setting
 from wifipgo.graph.outliers.aoa_weights import PAPER_GATE_RAD
 from wifipgo.radio import aoa
 from wifipgo.radio.channel import csi
-from wifipgo.radio.recordings.__main__ import bearing
-from wifipgo.radio.recordings.recorded_link import Link
+from wifipgo.radio.recordings.recorded_link import Link, bearing
 from wifipgo.radio.recordings.wsr_dataset import read_links
 from wifipgo.se2 import wrap_angle
 

@@ -6,7 +6,7 @@ from rich.console import Console
 pytest.importorskip("stable_baselines3", reason="training is an extra")
 
 from benchmarks.collection_speed import CollectionConfig, rates
-from train._config import EnvsConfig
+from train import EnvsConfig
 
 
 def test_every_window_counts() -> None:

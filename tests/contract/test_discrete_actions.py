@@ -10,9 +10,8 @@ from pettingzoo.test import api_test, parallel_api_test
 from baselines.policies import make_policy
 from baselines.policies.learned.ray_interface import Rays
 from envs import rendezvous_v0
-from envs._team_env import RendezvousTeamEnv
 from envs.directions import N_CHOICES, STAY, choice_mask, waypoints_of
-from envs.rendezvous_v0 import RendezvousEnv, parallel_env
+from envs.rendezvous_v0 import RendezvousEnv, RendezvousTeamEnv, parallel_env
 
 WALLED: dict[str, Any] = {
     "n_obstacles": 4,

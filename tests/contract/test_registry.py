@@ -14,7 +14,7 @@ from gymnasium.utils.env_checker import check_env
 
 import envs
 from envs import rendezvous_v0
-from envs._team_env import RendezvousTeamEnv
+from envs.rendezvous_v0 import RendezvousTeamEnv
 from wifipgo.scenarios import SCENARIOS
 
 TEAM = "wifipgo/RendezvousTeam-v0"

@@ -15,8 +15,7 @@ from gymnasium import spaces
 
 from baselines.evaluate import run_episode
 from baselines.policies.learned.network import load_network
-from train import rllib
-from train._interface_env import TranslatedEnv
+from train import TranslatedEnv, rllib
 from train.rllib import RllibConfig, exported, main
 from wifipgo.folder_lock import held
 from wifipgo.scenarios import scenario_named

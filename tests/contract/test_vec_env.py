@@ -16,7 +16,7 @@ pytest.importorskip("stable_baselines3")
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor
 
-from train._vec_env import TeamVecEnv, rendezvous_vec_env
+from train import TeamVecEnv, rendezvous_vec_env
 
 N = 3  # environments of the toys below, two rows each
 

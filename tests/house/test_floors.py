@@ -1,6 +1,7 @@
 """Floors and wings: an import only goes down, and two libraries stay in one room each."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -8,7 +9,10 @@ from pathlib import Path
 import pytest
 from support.project_files import FLOORS, ROOT, nodes, python_files
 
+import train
+
 ONLY_IMPORTER = {"pymunk": "wifipgo/world/arena.py", "gtsam": "wifipgo/graph/solvers/"}
+WITH_PRIVATE = (*FLOORS, "benchmarks")
 LEARNING = {"gymnasium", "pettingzoo", "stable_baselines3", "torch", "ray"}
 CONTRACTS = (
     "import importlinter.cli as lint; raise SystemExit(lint.lint_imports(no_cache=True, no_logo=True))"
@@ -39,3 +43,39 @@ def test_one_place_imports_the_library(library: str) -> None:
 def test_library_knows_no_learning() -> None:
     found = {name: LEARNING & imported(path) for name, path in python_files("wifipgo").items()}
     assert not {name: libraries for name, libraries in found.items() if libraries}
+
+
+def private_imports(name: str, path: Path) -> list[str]:
+    """Modules with an underscore that a file imports from another folder than its own."""
+    folder = tuple(name.split("/")[:-1])
+    found = []
+    for node in nodes(path):
+        modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        if isinstance(node, ast.ImportFrom) and node.module:
+            modules = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+        for parts in (tuple(module.split(".")) for module in modules):
+            private = [k for k, part in enumerate(parts) if part.startswith("_")]
+            if parts[0] in WITH_PRIVATE and private and parts[: private[0]] != folder:
+                found.append(".".join(parts))
+    return found
+
+
+def test_private_modules_are_imported_in_their_own_folder_only() -> None:
+    files = python_files(*WITH_PRIVATE, "examples")
+    found = {name: private_imports(name, path) for name, path in files.items()}
+    assert not {name: modules for name, modules in found.items() if modules}
+
+
+def test_pages_name_no_private_module_to_import() -> None:
+    """What a user is told to import has a public name."""
+    pages = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    told = re.compile(r"^\s*(?:from|import) (?:\w+\.)*_(?!_)\w+.*$|`train\._(?!yaml)\w+", re.MULTILINE)
+    found = {page.name: told.findall(page.read_text(encoding="utf-8")) for page in pages}
+    assert not {name: lines for name, lines in found.items() if lines}
+
+
+def test_importing_train_loads_no_torch() -> None:
+    """Its public names do, when they are asked for; a name that does not exist is an AttributeError."""
+    code = "import sys, train; assert not hasattr(train, 'TeamVec'); assert 'torch' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
+    assert all(hasattr(train, name) for name in train.__all__)

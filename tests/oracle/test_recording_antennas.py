@@ -11,7 +11,6 @@ from support.synthetic_run import STAMP, write_run
 
 from wifipgo.errors import BadInputError
 from wifipgo.radio.aoa.moving_aperture import ApertureConfig
-from wifipgo.radio.recordings.__main__ import bearing
 from wifipgo.radio.recordings.intel5300 import (
     HOST_STAMPED,
     STOCK,
@@ -20,6 +19,7 @@ from wifipgo.radio.recordings.intel5300 import (
     encode_csi_log,
     read_csi_log,
 )
+from wifipgo.radio.recordings.recorded_link import bearing
 from wifipgo.radio.recordings.report import print_report
 from wifipgo.radio.recordings.wsr_dataset import read_links
 

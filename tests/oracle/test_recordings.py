@@ -11,9 +11,9 @@ from support.data_dir import data_dir
 from wifipgo.radio.aoa import azimuth_grid, bartlett_profiles, displacement_steering, find_peaks
 from wifipgo.radio.aoa.confidence import least_confident
 from wifipgo.radio.aoa.moving_aperture import Bearing
-from wifipgo.radio.recordings.__main__ import bearing, main
+from wifipgo.radio.recordings.__main__ import main
 from wifipgo.radio.recordings.intel5300 import BLOCK_BYTES, encode_csi_log, read_csi_log
-from wifipgo.radio.recordings.recorded_link import Link
+from wifipgo.radio.recordings.recorded_link import Link, bearing
 from wifipgo.radio.recordings.wsr_dataset import read_links
 from wifipgo.se2 import wrap_angle
 

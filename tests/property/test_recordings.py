@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from support.synthetic_run import SPOTS_M, TX3, refusal, write_run
 
-from wifipgo.radio.recordings.__main__ import bearing, main
+from wifipgo.radio.recordings.__main__ import main
+from wifipgo.radio.recordings.recorded_link import bearing
 from wifipgo.radio.recordings.wsr_dataset import MACS, read_links
 
 

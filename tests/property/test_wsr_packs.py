@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support.synthetic_run import STAMP, refusal
 
-from wifipgo.radio.recordings.__main__ import bearing
+from wifipgo.radio.recordings.recorded_link import bearing
 from wifipgo.radio.recordings.wsr_dataset import read_links
 
 

@@ -9,8 +9,7 @@ from jaxtyping import Bool, Float, Int
 from wifipgo.graph.anchor_bearings import Pings, select_pings
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.edges import Edges, select
-from wifipgo.graph.solvers import REPORTED_SIGMA, odometry
-from wifipgo.graph.solvers._problem import NOTHING
+from wifipgo.graph.solvers import NOTHING, REPORTED_SIGMA, odometry
 from wifipgo.graph.solvers.incremental import Lesson, SmootherResult, SmootherUpdate
 from wifipgo.se2 import wrap_angle
 

@@ -17,17 +17,10 @@ from typing import Annotated
 import tyro
 
 from wifipgo.command_line import exit_code, say
-from wifipgo.radio.aoa.moving_aperture import ApertureConfig, Bearing, aperture_bearing
-from wifipgo.radio.recordings.recorded_link import Link
+from wifipgo.radio.aoa.moving_aperture import Bearing
+from wifipgo.radio.recordings.recorded_link import Link, bearing
 from wifipgo.radio.recordings.report import print_report
 from wifipgo.radio.recordings.wsr_dataset import read_links
-
-
-def bearing(link: Link, cfg: ApertureConfig | None = None) -> Bearing:
-    """Bearing of a link's transmitter in the map frame, with its profile and peaks."""
-    return aperture_bearing(
-        link.forward * link.reverse, link.displacement_m, wavelength_m=link.wavelength_m, cfg=cfg
-    )
 
 
 def report(

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float
 
 from wifipgo.errors import BadInputError
+from wifipgo.radio.aoa.moving_aperture import ApertureConfig, Bearing, aperture_bearing
 from wifipgo.radio.propagation.materials import SPEED_OF_LIGHT_M_S
 
 
@@ -24,6 +25,13 @@ class Link:
     truth_rad: float  # azimuth in the map frame, from the mean aperture position
     toolbox_rad: tuple[float, ...] = ()  # the toolbox's released peaks, its top one first
     n_left_out: int = 0  # packets during the motion that antenna A did not hear at both ends
+
+
+def bearing(link: Link, cfg: ApertureConfig | None = None) -> Bearing:
+    """Bearing of a link's transmitter in the map frame, with its profile and peaks."""
+    return aperture_bearing(
+        link.forward * link.reverse, link.displacement_m, wavelength_m=link.wavelength_m, cfg=cfg
+    )
 
 
 def wavelength_m(channel: int) -> float:
