@@ -15,6 +15,7 @@ from baselines.film.video import film
 from envs.render.config import RenderConfig
 from wifipgo.atomic_files import appearing
 from wifipgo.command_line import exit_code
+from wifipgo.docstrings import documented
 from wifipgo.overrides import joined
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
@@ -113,7 +114,10 @@ def main(args: Sequence[str] | None = None) -> int:
     kept = "interrupted; nothing was written"
 
     def job() -> None:
-        watch(tyro.cli(WatchConfig, prog="python -m baselines.watch", args=joined(args)), console=Terminal())
+        watch(
+            tyro.cli(documented(WatchConfig), prog="python -m baselines.watch", args=joined(args)),
+            console=Terminal(),
+        )
 
     return exit_code(job, interrupted=kept)
 

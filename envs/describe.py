@@ -22,6 +22,7 @@ from envs._describe_tables import (
 from envs._rendezvous import RendezvousEnv
 from wifipgo.coerce import settings
 from wifipgo.command_line import exit_code
+from wifipgo.docstrings import documented
 from wifipgo.errors import require
 from wifipgo.overrides import Overrides, joined
 from wifipgo.scenarios import Scenario, scenario_named, scenario_toml
@@ -108,7 +109,7 @@ def _draw(path: Path, env: RendezvousEnv, seed: int) -> None:
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; the exit code is that of `wifipgo.command_line`."""
     console = Terminal() if sys.stdout.isatty() else Terminal(width=_WIDTH)
-    config = partial(tyro.cli, DescribeConfig, prog="python -m envs.describe", args=joined(args))
+    config = partial(tyro.cli, documented(DescribeConfig), prog="python -m envs.describe", args=joined(args))
     return exit_code(lambda: describe(config(), console=console))
 
 

@@ -11,6 +11,7 @@ import tyro
 from train._config import TrainConfig
 from train._yaml import read_settings
 from wifipgo.coerce import fitted
+from wifipgo.docstrings import documented
 from wifipgo.errors import BadInputError, UnknownNameError, require
 
 # What may change when a run is continued; ``ppo.agent_steps`` says how far to go.
@@ -28,10 +29,10 @@ def parsed(args: Sequence[str] | None = None, *, prog: str = "python -m train.pp
         OSError: The file cannot be read.
         SystemExit: The command line is not understood, or asks for help.
     """
-    config = tyro.cli(TrainConfig, prog=prog, args=args)
+    config = tyro.cli(documented(TrainConfig), prog=prog, args=args)
     if config.config is None:
         return config
-    return tyro.cli(TrainConfig, prog=prog, args=args, default=read_yaml(config.config))
+    return tyro.cli(documented(TrainConfig), prog=prog, args=args, default=read_yaml(config.config))
 
 
 def read_yaml(path: Path) -> TrainConfig:

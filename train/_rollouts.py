@@ -68,9 +68,14 @@ def environments(config: TrainConfig, seed: int) -> VecNormalize:
 
 
 def translated_of(norm: VecNormalize) -> Translated:
-    """The wrapper under the normalisation."""
+    """The wrapper under the normalisation.
+
+    Raises:
+        TypeError: It was made of other environments.
+    """
     venv = norm.venv
-    assert isinstance(venv, Translated)
+    if not isinstance(venv, Translated):
+        raise TypeError(f"environments of a training must be those of train._rollouts, got {type(venv)}")
     return venv
 
 

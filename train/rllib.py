@@ -22,6 +22,7 @@ from train._rllib_checkpoints import RllibCheckpoints, Saved
 from train._rllib_config import RllibConfig, changed_settings, check_runners, settings_of
 from train._run_folder import check_claim, claim
 from wifipgo.atomic_files import write_json
+from wifipgo.docstrings import documented
 from wifipgo.errors import require
 from wifipgo.folder_lock import held
 from wifipgo.results_folder import begin, note
@@ -114,7 +115,7 @@ def main(args: Sequence[str] | None = None) -> int:
     kept = "interrupted; the last checkpoint is kept: the same command with --resume continues"
 
     def job(console: Console) -> None:
-        train(tyro.cli(RllibConfig, prog="python -m train.rllib", args=args), console=console)
+        train(tyro.cli(documented(RllibConfig), prog="python -m train.rllib", args=args), console=console)
 
     return exit_code(job, interrupted=kept)
 

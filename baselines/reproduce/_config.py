@@ -9,6 +9,7 @@ from typing import Annotated
 import tyro
 
 from baselines.evaluation.executors import Executor
+from wifipgo.docstrings import documented
 from wifipgo.errors import require
 
 
@@ -74,4 +75,4 @@ def parsed(args: Sequence[str] | None = None) -> ReproduceConfig:
         ValueError: A value that is refused.
         SystemExit: The command line is not understood, or asks for help.
     """
-    return tyro.cli(ReproduceConfig, prog="python -m baselines.reproduce", args=args)
+    return tyro.cli(documented(ReproduceConfig), prog="python -m baselines.reproduce", args=args)

@@ -18,6 +18,7 @@ import tyro
 from jaxtyping import Float, Int
 
 from wifipgo.command_line import exit_code, printable, say
+from wifipgo.docstrings import documented
 from wifipgo.errors import DoubtfulError, require
 from wifipgo.folder_lock import held
 from wifipgo.graph.chordal import chordal_cost, links, matrices
@@ -230,7 +231,7 @@ def _stoppable(job: Callable[[], Outcome], *, long: bool) -> Outcome:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; the exit code is that of `wifipgo.command_line`."""
-    return exit_code(lambda: tyro.cli(run, prog="python -m wifipgo.graph.optimise", args=args))
+    return exit_code(lambda: tyro.cli(documented(run), prog="python -m wifipgo.graph.optimise", args=args))
 
 
 if __name__ == "__main__":

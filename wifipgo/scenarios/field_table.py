@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from wifipgo.coerce import type_name
+from wifipgo.docstrings import docstring_of
 from wifipgo.errors import BadInputError
 from wifipgo.scenarios import Scenario, field_kinds, field_owners, part_types
 
@@ -123,7 +124,7 @@ def origin_of(name: str, value: Any) -> str:
 
 def meanings_of(kind: type) -> dict[str, str]:
     """What a class's docstring says about each attribute; one entry may serve several, by commas."""
-    _, _, section = (kind.__doc__ or "").partition("Attributes:\n")
+    _, _, section = docstring_of(kind).partition("Attributes:\n")
     entries = re.split(r"\n {8}(?=\w)", "\n" + section.split("\n\n")[0])[1:]
     split = (entry.partition(": ") for entry in entries)
     return {name: " ".join(text.split()) for names, _, text in split for name in names.split(", ")}

@@ -242,21 +242,18 @@ def _heard_too(
     deaf: gtsam.NonlinearFactorGraph, values: gtsam.Values, bearings: Bearings, problem: Problem
 ) -> Found:
     """Search with bearings; with a bounded slope where two that heard each other came to be on one place."""
-    found = None
-    for near in (False, True):
+
+    def search(*, near: bool) -> Found:
         graph = gtsam.NonlinearFactorGraph()
         graph.push_back(deaf)
         add_bearings(graph, bearings, problem.first_key, near=near)
-        try:
-            found = optimise(graph, values)
-        except RuntimeError:
-            if near:
-                raise
-            continue
-        if not _on_one_place(found, bearings, problem):
-            break
-    assert found is not None
-    return found
+        return optimise(graph, values)
+
+    try:
+        found = search(near=False)
+    except RuntimeError:
+        return search(near=True)
+    return search(near=True) if _on_one_place(found, bearings, problem) else found
 
 
 def _on_one_place(found: Found, bearings: Bearings, problem: Problem) -> bool:

@@ -17,6 +17,7 @@ from typing import Annotated
 import tyro
 
 from wifipgo.command_line import exit_code, say
+from wifipgo.docstrings import documented
 from wifipgo.radio.aoa.moving_aperture import Bearing
 from wifipgo.radio.recordings.recorded_link import Link, bearing
 from wifipgo.radio.recordings.report import print_report
@@ -66,7 +67,9 @@ def _draw(links: list[Link], bearings: list[Bearing], picture: Path, *, title: s
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; the exit code is that of `wifipgo.command_line`."""
-    return exit_code(lambda: tyro.cli(report, prog="python -m wifipgo.radio.recordings", args=args))
+    return exit_code(
+        lambda: tyro.cli(documented(report), prog="python -m wifipgo.radio.recordings", args=args)
+    )
 
 
 if __name__ == "__main__":
