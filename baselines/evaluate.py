@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -15,6 +14,7 @@ from baselines.evaluation.console_report import announce, report
 from baselines.evaluation.episodes import Episode, run_episode, trial_seed
 from baselines.evaluation.executors import Executor
 from baselines.evaluation.jobs import EpisodesFailedError, Task, missing, run_all
+from baselines.evaluation.pictures import draw
 from baselines.evaluation.plan import Plan
 from baselines.evaluation.statistics import Estimate, Paired, Summary, summarise
 from wifipgo import results_folder
@@ -56,38 +56,35 @@ def evaluate(config: EvaluateConfig, *, console: Console | None = None) -> Summa
     executor.check_script(plan.trials * len(plan.policies))
     record = plan.record() | {"command": command_of(config)}
     with held(out):
-        summary = _finished(plan, out, record) if config.resume else None
-        if summary is None:
-            names = [task.path.name for task in _tasks(plan, out)]
-            partial = run_folder.claim(out, record, names, overwrite=config.overwrite, resume=config.resume)
-            _run_missing(plan, partial, executor=executor, console=console)
-            summary = _publish(plan, partial, out, record)
+        there = run_folder.trials_there(out, record, overwrite=config.overwrite) if config.resume else 0
+        if there < plan.trials:
+            left = plan.after(there)
+            names = [task.path.name for task in _tasks(left, out)]
+            may = config.overwrite or there > 0
+            partial = run_folder.claim(out, record, names, overwrite=may, resume=config.resume)
+            _run_missing(left, partial, plan=plan, executor=executor, console=console)
+            summary = _publish(plan, left, partial, out, record)
+        else:
+            run_folder.clear_away(out, record)
+            summary = summarise(run_folder.read_tables(out).episodes, plan)
     report(summary, plan, out=str(config.out), console=console)
     return summary
 
 
-def _finished(plan: Plan, out: Path, record: Mapping[str, Any]) -> Summary | None:
-    """Summary of results that are there, or None; clears away what a run left that ended after them.
-
-    Raises:
-        BadInputError: They are of other settings.
-    """
-    partial = run_folder.partial_of(out)
-    if not run_folder.is_complete(out) or (partial / "config.json").exists():
-        return None
-    run_folder.refuse_other(out / "config.json", record, "the results there are of other settings")
-    if results_folder.is_of(partial, run_folder.KIND):
-        results_folder.remove(partial, run_folder.KIND)
-    return summarise(pd.read_parquet(out / "episodes.parquet"), plan)
-
-
-def _run_missing(plan: Plan, partial: Path, *, executor: Executor, console: Console) -> None:
+def _run_missing(left: Plan, partial: Path, *, plan: Plan, executor: Executor, console: Console) -> None:
     """Run the episodes that are not there yet.
+
+    Args:
+        left: Trials that finished results do not hold.
+        partial: Folder of their files.
+        plan: All trials.
+        executor: Where they run.
+        console: Where to say so.
 
     Raises:
         EpisodesFailedError: Some raised; their traces are in ``failures.txt``.
     """
-    tasks = missing(_tasks(plan, partial))
+    tasks = missing(_tasks(left, partial))
     announce(plan, jobs=executor.slots(len(tasks)), n_left=len(tasks), console=console)
     columns = (TextColumn("episodes"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True, quiet=console.quiet)) as progress:
@@ -107,26 +104,30 @@ def _tasks(plan: Plan, partial: Path) -> list[Task]:
     ]
 
 
-def _publish(plan: Plan, partial: Path, out: Path, record: Mapping[str, Any]) -> Summary:
-    """Write tables beside the episodes, rename them to ``out``, then draw the pictures."""
-    episodes = [Episode.load(task.path) for task in sorted(_tasks(plan, partial), key=lambda t: t.path)]
-    summary = summarise(run_folder.episodes_frame(episodes), plan)
+def _publish(plan: Plan, left: Plan, partial: Path, out: Path, record: Mapping[str, Any]) -> Summary:
+    """Write tables beside the episodes, rename them to ``out``, then draw the pictures.
+
+    Args:
+        plan: All trials.
+        left: Those that were played now; ``out`` holds those before.
+        partial: Folder of their files.
+        out: Folder of the results.
+        record: What decides them.
+    """
+    files = sorted(task.path for task in _tasks(left, partial))
+    tables = run_folder.tables_of([Episode.load(path) for path in files])
+    first = [task.path for task in _tasks(left, partial) if task.trial == plan.trials_from]
+    if left.trials < plan.trials:
+        tables = run_folder.joined([run_folder.read_tables(out), tables], plan.policies)
+        first = run_folder.first_trial(out)
+    summary = summarise(tables.episodes, plan)
     staging = run_folder.clean_staging(partial)
-    run_folder.write_tables(staging, episodes, summary, record)
+    run_folder.write_tables(staging, tables, summary, record)
+    run_folder.keep_first_trial(staging, first)
     results_folder.publish(staging, out, run_folder.KIND, later=run_folder.PICTURES)
-    _draw(out, plan, episodes)
+    draw(out, plan, tables)
     results_folder.remove(partial, run_folder.KIND)
     return summary
-
-
-def _draw(out: Path, plan: Plan, episodes: Sequence[Episode]) -> None:
-    """Draw the pictures; one that cannot be drawn is a warning."""
-    from baselines.evaluation import plots  # noqa: PLC0415 (matplotlib loads slowly, and only here)
-    from wifipgo.figures import drawing  # noqa: PLC0415
-
-    for path, draw in (("err.png", plots.draw_err), ("arena.png", plots.draw_arena)):
-        with drawing(out / path):
-            draw(out / path, plan, episodes)
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -3,22 +3,22 @@
 import shlex
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-import pandas as pd
 import tyro
 from rich.console import Console
 
 from baselines.evaluation import run_folder
 from baselines.evaluation.console_report import report
+from baselines.evaluation.pictures import draw
 from baselines.evaluation.plan import Plan, differences, read_record
 from baselines.evaluation.statistics import Summary, summarise
 from wifipgo import results_folder
-from wifipgo.atomic_files import write_json
 from wifipgo.command_line import exit_code
+from wifipgo.docstrings import documented
 from wifipgo.errors import BadInputError, require
 from wifipgo.folder_lock import held
 from wifipgo.scenarios import scenario_from
@@ -32,7 +32,7 @@ _OF_A_PART = ("command", "trials", "trials_from")
 class MergeConfig:
     """Join evaluations of the same settings, code and seed that played different trials.
 
-    The tables are those that one run of all trials writes, to the byte; pictures are not drawn.
+    The tables are those that one run of all trials writes, to the byte, and the pictures are drawn from them.
 
     Example: python -m baselines.merge results/all results/job-*
 
@@ -115,29 +115,25 @@ def _write(plan: Plan, parts: Sequence[_Part], out: Path) -> Summary:
     results_folder.begin(partial, run_folder.KIND)
     results_folder.note(partial, ["results/"])
     staging = run_folder.clean_staging(partial)
-    episodes = _joined(parts, "episodes.parquet", plan)
-    episodes.to_parquet(staging / "episodes.parquet", index=False)
-    _joined(parts, "steps.parquet", plan).to_parquet(staging / "steps.parquet", index=False)
-    summary = summarise(episodes, plan)
-    write_json(staging / "summary.json", asdict(summary))
+    tables = run_folder.joined([run_folder.read_tables(part.folder) for part in parts], plan.policies)
+    summary = summarise(tables.episodes, plan)
     command = shlex.join(["python", "-m", "baselines.merge", str(out), *(str(p.folder) for p in parts)])
-    write_json(staging / "config.json", parts[0].record | {"trials": plan.trials, "command": command})
-    results_folder.publish(staging, out, run_folder.KIND)
+    record = parts[0].record | {"trials": plan.trials, "command": command}
+    run_folder.write_tables(staging, tables, summary, record)
+    run_folder.keep_first_trial(staging, run_folder.first_trial(parts[0].folder))
+    results_folder.publish(staging, out, run_folder.KIND, later=run_folder.PICTURES)
+    draw(out, plan, tables)
     results_folder.remove(partial, run_folder.KIND)
     return summary
-
-
-def _joined(parts: Sequence[_Part], name: str, plan: Plan) -> pd.DataFrame:
-    """One table of all parts."""
-    whole = pd.concat([pd.read_parquet(part.folder / name) for part in parts], ignore_index=True)
-    return pd.concat([whole[whole["policy"] == policy] for policy in plan.policies], ignore_index=True)
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; the exit code is that of `wifipgo.command_line`."""
 
     def job() -> None:
-        merge(tyro.cli(MergeConfig, prog="python -m baselines.merge", args=args), console=Terminal())
+        merge(
+            tyro.cli(documented(MergeConfig), prog="python -m baselines.merge", args=args), console=Terminal()
+        )
 
     return exit_code(job)
 

@@ -12,6 +12,7 @@ from baselines.evaluation.plan import Plan, read_record
 from baselines.policies import POLICIES
 from baselines.policies.specs import split_list
 from wifipgo.coerce import settings
+from wifipgo.docstrings import documented
 from wifipgo.overrides import Overrides, joined
 from wifipgo.scenarios import Scenario, scenario_from, scenario_named
 from wifipgo.scenarios.toml_files import SUFFIX
@@ -30,7 +31,8 @@ class EvaluateConfig:
     """Run policies on the same worlds and compare them.
 
     Trial k of every policy has the same world, noise and seed, so comparisons are paired.
-    Results: episodes.parquet, steps.parquet, summary.json, config.json, err.png, arena.png.
+    Results: episodes.parquet, steps.parquet, summary.json, config.json, err.png, arena.png,
+    first-trial/ (whole episodes).
 
     Example: python -m baselines.evaluate --scenario paper-hw-2-obstacles
     --policies active,random,active:err_threshold=0.5 --trials 20 --set n_obstacles=6 --out results/boxes
@@ -46,7 +48,7 @@ class EvaluateConfig:
         overrides: Other values for fields of the scenario: --set n_obstacles=4 size_m=30.
         out: Folder of the results. It appears when all is done; until then see OUT.partial.
         overwrite: Replace results that are there, once the new ones are complete.
-        resume: Continue an interrupted run with the same settings; more trials are played besides.
+        resume: Continue an interrupted run with the same settings; with more --trials, also a finished one.
         jobs: Episodes at once; 0: as many as there are cores. Results do not depend on it.
         executor: Where episodes run: process, serial (in this process) or ray. Results do not depend on it.
         ray_address: Ray cluster to join, e.g. auto; without one, ray starts one of its own on the loopback,
@@ -130,4 +132,6 @@ def parsed(args: Sequence[str] | None = None) -> EvaluateConfig:
 
 
 def _cli(args: Sequence[str] | None, default: EvaluateConfig) -> EvaluateConfig:
-    return tyro.cli(EvaluateConfig, prog="python -m baselines.evaluate", args=joined(args), default=default)
+    return tyro.cli(
+        documented(EvaluateConfig), prog="python -m baselines.evaluate", args=joined(args), default=default
+    )

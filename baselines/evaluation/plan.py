@@ -3,7 +3,7 @@
 import json
 import platform
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from hashlib import sha256
 from importlib import metadata
@@ -66,6 +66,10 @@ class Plan:
     def numbers(self) -> range:
         """Numbers of the trials."""
         return range(self.trials_from, self.trials_from + self.trials)
+
+    def after(self, trials: int) -> "Plan":
+        """The same without its first trials."""
+        return replace(self, trials=self.trials - trials, trials_from=self.trials_from + trials)
 
     @property
     def trials_in_words(self) -> str:

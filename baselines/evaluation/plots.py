@@ -6,6 +6,7 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+import pandas as pd
 from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
@@ -16,7 +17,9 @@ from matplotlib.patches import Patch, Polygon
 
 from baselines.evaluation.episodes import Episode
 from baselines.evaluation.plan import Plan
+from baselines.evaluation.run_folder import Tables
 from baselines.evaluation.statistics import bootstrap
+from wifipgo.errors import require
 
 # Okabe and Ito's palette, which colour-blind readers tell apart.
 BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9"
@@ -33,16 +36,18 @@ DASHED = (0, (3, 1.5))
 _MANY = 8  # robots from which lines are thin and starts and ends small
 
 
-def draw_err(path: Path, plan: Plan, episodes: Sequence[Episode]) -> None:
+def draw_err(path: Path, plan: Plan, tables: Tables) -> None:
     """Mean Err over iterations with its band, and below it every rendezvous."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8.0, 5.6), dpi=150, layout="constrained")
         low = 0.5 + 0.45 * len(plan.policies)
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=[4.6 - 0.2 * low, low])
         for place, policy in enumerate(plan.policies):
-            own = [episode for episode in episodes if episode.policy == policy]
-            _curve(above, own, _colour(place), DASHES[place % len(DASHES)])
-            _raster(below, own, len(plan.policies) - 1 - place, _colour(place))
+            steps = tables.steps[tables.steps["policy"] == policy]
+            trials = [trial for _, trial in steps.groupby("trial")]
+            _curve(above, trials, _colour(place), DASHES[place % len(DASHES)])
+            met = tables.episodes.loc[tables.episodes["policy"] == policy, "rendezvous"].mean()
+            _raster(below, trials, len(plan.policies) - 1 - place, _colour(place), per_trial=met)
         threshold = plan.scenario.rendezvous.err_threshold
         above.axhline(threshold, color="0.2", lw=0.8, label=f"threshold {threshold:g}")
         _label_err(above, below, plan)
@@ -53,18 +58,18 @@ def _colour(place: int) -> str:
     return POLICY_COLOURS[place % len(POLICY_COLOURS)]
 
 
-def _curve(axes: Axes, episodes: Sequence[Episode], colour: str, dashes: object) -> None:
+def _curve(axes: Axes, steps: Sequence[pd.DataFrame], colour: str, dashes: object) -> None:
     """Mean over robots and trials, and the interval of the mean over trials.
 
     Where episodes end early, the curve ends with half of them: the mean of the few that
     are left would be that of the unlucky.
     """
-    trials = [episode.steps["err"].mean(axis=1) for episode in episodes]
+    trials = [trial.groupby("iteration")["err"].mean().to_numpy() for trial in steps]
     lengths = sorted(map(len, trials))
     end = lengths[len(lengths) // 2]
     bands = [band(np.array([t[k] for t in trials if len(t) > k])) for k in range(end)]
     mean, low, high = np.array(bands).T
-    label = episodes[0].policy + (", until half ended" if end < lengths[-1] else "")
+    label = steps[0]["policy"].iloc[0] + (", until half ended" if end < lengths[-1] else "")
     axes.fill_between(np.arange(1, end + 1), low, high, color=colour, alpha=0.2, lw=0)
     axes.plot(np.arange(1, end + 1), mean, color=colour, lw=2.0, ls=dashes, label=label)
 
@@ -76,15 +81,14 @@ def band(values: Float[np.ndarray, " trials"]) -> tuple[float, float, float]:
     return mean, mean if found.low is None else found.low, mean if found.high is None else found.high
 
 
-def _raster(axes: Axes, episodes: Sequence[Episode], lane: int, colour: str) -> None:
-    """A tick for each rendezvous, a row for each trial, a lane for each policy."""
-    height = 0.8 / len(episodes)
-    rows = [lane + 0.4 - height * (k + 0.5) for k in range(len(episodes))]
-    times = [episode.meetings[:, 0] for episode in episodes]
+def _raster(axes: Axes, steps: Sequence[pd.DataFrame], lane: int, colour: str, *, per_trial: float) -> None:
+    """A tick for each iteration with a rendezvous, a row for each trial, a lane for each policy."""
+    height = 0.8 / len(steps)
+    rows = [lane + 0.4 - height * (k + 0.5) for k in range(len(steps))]
+    times = [np.unique(trial.loc[trial["met"], "iteration"]) for trial in steps]
     length = max(0.9 * height, 0.13)  # ticks of many trials overlap rather than vanish
     axes.eventplot(times, lineoffsets=rows, linelengths=length, linewidths=1.5, colors=colour, alpha=0.7)
     axes.axhspan(lane - 0.44, lane + 0.44, color=colour, alpha=0.07, lw=0)
-    per_trial = sum(map(len, times)) / len(times)
     axes.text(1.01, lane, f"{per_trial:.3g}\na trial", transform=axes.get_yaxis_transform(), va="center")
 
 
@@ -109,8 +113,13 @@ def _label_err(above: Axes, below: Axes, plan: Plan) -> None:
 
 
 def draw_arena(path: Path, plan: Plan, episodes: Sequence[Episode]) -> None:
-    """Trial 0 of every policy: true and estimated trajectories, obstacles, meetings."""
-    first = {episode.policy: episode for episode in episodes if episode.trial == 0}
+    """The first trial of every policy: true and estimated trajectories, obstacles, meetings.
+
+    Raises:
+        BadInputError: There are no such episodes.
+    """
+    require(len(episodes) > 0, "first trial", "kept beside the tables, as this version does", "nothing")
+    first = {episode.policy: episode for episode in episodes}
     columns = min(3, len(plan.policies))
     rows = -(-len(plan.policies) // columns)
     with mpl.rc_context(STYLE):
@@ -126,8 +135,9 @@ def draw_arena(path: Path, plan: Plan, episodes: Sequence[Episode]) -> None:
             panel.set_ylabel("y (m)")
         for panel in panels[len(plan.policies) :]:
             panel.set_visible(False)
-        seed = first[plan.policies[0]].seed
-        figure.suptitle(f"{plan.title}: {plan.scenario.n_robots} robots, trial 0 (seed {seed})")
+        one = first[plan.policies[0]]
+        title = f"{plan.title}: {plan.scenario.n_robots} robots, trial {one.trial} (seed {one.seed})"
+        figure.suptitle(title)
         figure.legend(handles=_key(plan.scenario.n_robots), loc="outside lower center", ncols=4)
         figure.savefig(path)
 

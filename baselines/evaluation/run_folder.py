@@ -2,14 +2,14 @@
 
 An evaluation into ``out`` works in ``out.partial`` beside it, which holds a ``config.json``, one file
 for each finished episode and, at the end, the results, which are then renamed to ``out``. Pictures
-are drawn after that.
+are drawn after that, from the tables and from ``first-trial/``, the whole episodes of one trial.
 """
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -22,8 +22,16 @@ from wifipgo.atomic_files import write_json
 from wifipgo.errors import BadInputError, require
 
 PICTURES = ("err.png", "arena.png")
+FIRST = "first-trial"
 FILES = ("episodes.parquet", "steps.parquet", "summary.json", "config.json")
 KIND = "evaluate"
+
+
+class Tables(NamedTuple):
+    """Results in rows, policy by policy in the order of the plan, then trial by trial."""
+
+    episodes: pd.DataFrame
+    steps: pd.DataFrame
 
 
 def partial_of(out: Path) -> Path:
@@ -34,6 +42,15 @@ def partial_of(out: Path) -> Path:
 def is_complete(out: Path) -> bool:
     """Whether a folder holds an evaluation; its pictures are drawn last and may be missing."""
     return all((out / name).is_file() for name in FILES)
+
+
+def clear_away(out: Path, record: Mapping[str, Any]) -> None:
+    """Remove what a run left that ended after its results had their name."""
+    partial = partial_of(out)
+    if results_folder.is_of(partial, KIND):
+        saved = partial / "config.json"
+        if not saved.exists() or not list(_differing(saved, record)):
+            results_folder.remove(partial, KIND)
 
 
 def claim(
@@ -69,6 +86,21 @@ def claim(
     return partial
 
 
+def trials_there(out: Path, record: Mapping[str, Any], *, overwrite: bool) -> int:
+    """How many trials a finished evaluation holds; 0 if an interrupted run is to replace it.
+
+    Raises:
+        BadInputError: They are of other settings, or there are more than the record asks for.
+    """
+    if not is_complete(out) or (overwrite and (partial_of(out) / "config.json").exists()):
+        return 0
+    saved = out / "config.json"
+    there = int(read_record(saved)["trials"])
+    fewer = {"trials": min(there, record["trials"])}
+    refuse_other(saved, {**record, **fewer}, "the results there are of other settings")
+    return there
+
+
 def _may_replace(out: Path, *, overwrite: bool) -> None:
     """Refuse to replace what is there, and ever to replace what is not an evaluation."""
     require(out.is_dir() or not out.exists(), "out", "a folder", str(out))
@@ -87,11 +119,15 @@ def _same(partial: Path, record: Mapping[str, Any]) -> None:
 
 def refuse_other(saved: Path, record: Mapping[str, Any], rule: str) -> None:
     """Raise unless a saved record is this one; names the fields that differ."""
-    there, here = ({k: v for k, v in r.items() if k != "command"} for r in (read_record(saved), record))
-    differing = list(differences(there, here))
+    differing = list(_differing(saved, record))
     if differing:
         fields = "; ".join(f"{name} ({old!r} there, {new!r} now)" for name, old, new in differing[:3])
         raise BadInputError(f"{rule}: {saved} differs in {fields}")
+
+
+def _differing(saved: Path, record: Mapping[str, Any]) -> Iterable[tuple[str, Any, Any]]:
+    there, here = ({k: v for k, v in r.items() if k != "command"} for r in (read_record(saved), record))
+    return differences(there, here)
 
 
 def episode_path(partial: Path, policy: int, trial: int) -> Path:
@@ -118,14 +154,44 @@ def _steps(episode: Episode) -> pd.DataFrame:
     return pd.DataFrame(keys | {name: column.ravel() for name, column in episode.steps.items()})
 
 
-def write_tables(
-    folder: Path, episodes: Sequence[Episode], summary: Summary, record: Mapping[str, Any]
-) -> None:
+def tables_of(episodes: Sequence[Episode]) -> Tables:
+    """Rows of episodes that are in order."""
+    return Tables(episodes_frame(episodes), steps_frame(episodes))
+
+
+def read_tables(folder: Path) -> Tables:
+    """Rows of finished results."""
+    return Tables(*(pd.read_parquet(folder / f"{name}.parquet") for name in Tables._fields))
+
+
+def joined(parts: Sequence[Tables], policies: Sequence[str]) -> Tables:
+    """Rows of parts whose trials follow each other, as one run has them."""
+    return Tables(*(_in_order(frames, policies) for frames in zip(*parts, strict=True)))
+
+
+def _in_order(frames: Sequence[pd.DataFrame], policies: Sequence[str]) -> pd.DataFrame:
+    whole = pd.concat(frames, ignore_index=True)
+    return pd.concat([whole[whole["policy"] == policy] for policy in policies], ignore_index=True)
+
+
+def write_tables(folder: Path, tables: Tables, summary: Summary, record: Mapping[str, Any]) -> None:
     """Write all but the pictures."""
-    episodes_frame(episodes).to_parquet(folder / "episodes.parquet", index=False)
-    steps_frame(episodes).to_parquet(folder / "steps.parquet", index=False)
+    for name, table in tables._asdict().items():
+        table.to_parquet(folder / f"{name}.parquet", index=False)
     write_json(folder / "summary.json", asdict(summary))
     write_json(folder / "config.json", record)
+
+
+def keep_first_trial(staging: Path, files: Iterable[Path]) -> None:
+    """Keep the whole episodes of one trial, one file a policy."""
+    (staging / FIRST).mkdir()
+    for path in files:
+        shutil.copyfile(path, staging / FIRST / path.name)
+
+
+def first_trial(folder: Path) -> list[Path]:
+    """Files of its episodes, in the order of the policies; none in results of an earlier version."""
+    return sorted((folder / FIRST).glob("*.npz"))
 
 
 def clean_staging(partial: Path) -> Path:

@@ -13,7 +13,7 @@ import pytest
 from baselines import evaluate
 from baselines.evaluate import Episode, EpisodesFailedError, EvaluateConfig, main, run_episode
 from baselines.evaluation import jobs
-from baselines.evaluation.run_folder import FILES, PICTURES, partial_of
+from baselines.evaluation.run_folder import FILES, FIRST, PICTURES, partial_of
 from baselines.policies import make_policy
 from wifipgo.results_folder import MANIFEST
 from wifipgo.scenarios import scenario_named
@@ -53,7 +53,7 @@ def fail_at(monkeypatch: pytest.MonkeyPatch, trial: int, policy: str, problem: B
 
 
 def test_everything_is_there_and_opens(done: Path) -> None:
-    assert {path.name for path in done.iterdir()} == {*FILES, *PICTURES, MANIFEST}
+    assert {path.name for path in done.iterdir()} == {*FILES, *PICTURES, MANIFEST, FIRST}
     assert not partial_of(done).exists()
     assert len(pd.read_parquet(done / "episodes.parquet")) == 2 * 3
     assert len(steps(done)) == 2 * 3 * 4 * 2

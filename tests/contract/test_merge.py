@@ -1,14 +1,19 @@
 """Trials of an evaluation may be played by several jobs: joined, they are the bytes of one run."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import pandas as pd
 import pytest
 
 from baselines.evaluate import EvaluateConfig, evaluate
-from baselines.evaluation import run_folder
+from baselines.evaluation import jobs, run_folder
+from baselines.evaluation.episodes import Episode
 from baselines.merge import main
 
+NAMES_IT = {"config.json", "manifest.jsonl"}  # files that say where they are
 TABLES = ("episodes.parquet", "steps.parquet", "summary.json")
 
 
@@ -31,8 +36,9 @@ def parts(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 def test_parts_joined_are_one_run(parts: list[Path], tmp_path: Path) -> None:
     whole = played(tmp_path / "whole", 0, 3)
     assert main([str(tmp_path / "joined"), *map(str, parts)]) == 0
-    for name in TABLES:
+    for name in (*TABLES, *run_folder.PICTURES):
         assert (whole / name).read_bytes() == (tmp_path / "joined" / name).read_bytes()
+    assert {path.name for path in whole.iterdir()} == {path.name for path in (tmp_path / "joined").iterdir()}
 
 
 def test_what_does_not_fit_is_refused(
@@ -64,3 +70,34 @@ def test_an_interrupted_run_goes_on_with_more_trials(
     evaluate(replace(settings(tmp_path / "out", 0, 2), resume=True))
     for name in TABLES:
         assert (tmp_path / "out" / name).read_bytes() == (parts[1] / name).read_bytes()
+
+
+def test_a_finished_run_goes_on_with_more_trials(
+    parts: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, trials, run = shutil.copytree(parts[1], tmp_path / "out"), [], jobs.run_episode
+
+    def seen(*args: Any, **kwargs: Any) -> Episode:
+        trials.append(kwargs["trial"])
+        if kwargs["trial"] == 3:
+            raise KeyboardInterrupt
+        return run(*args, **kwargs)
+
+    monkeypatch.setattr(jobs, "run_episode", seen)
+    evaluate(replace(settings(out, 0, 3), resume=True))
+    assert trials == [2, 2]
+    whole = played(tmp_path / "whole", 0, 3)
+    names = [path.name for path in whole.iterdir() if path.is_file() and path.name not in NAMES_IT]
+    assert {*TABLES, *run_folder.PICTURES} == set(names)
+    assert all((whole / name).read_bytes() == (out / name).read_bytes() for name in names)
+    with pytest.raises(KeyboardInterrupt):
+        evaluate(replace(settings(out, 0, 4), resume=True))
+    trials.clear()
+    evaluate(replace(settings(out, 0, 3), resume=True))  # what is there is shown again
+    with pytest.raises(ValueError, match=r"differs in trials \(3 there, 2 now\)"):
+        evaluate(replace(settings(out, 0, 2), resume=True))
+    assert trials == []
+    monkeypatch.setattr(jobs, "run_episode", run)
+    evaluate(replace(settings(out, 0, 4), resume=True))
+    assert not run_folder.partial_of(out).exists()
+    assert len(pd.read_parquet(out / "episodes.parquet")) == 8
