@@ -44,6 +44,7 @@ from baselines.reproduce.encounters import Encounter, EncounterConfig
 from wifipgo.atomic_files import appearing, write_json
 from wifipgo.command_line import exit_code
 from wifipgo.errors import require
+from wifipgo.npz_files import read_npz
 
 METHODS = ("none", "paper", "range_aware", "pcm", "huber", "gnc", "bearing")
 LABELS = {
@@ -109,7 +110,7 @@ def run_cell(path: Path, cfg: EncounterConfig, seed: int, n_trials: int) -> Path
     """All trials of a cell, into a file that is there whole or not at all."""
     found = np.array([errors(cfg, seed, trial) for trial in range(n_trials)])
     with appearing(path, by_suffix=True) as unfinished:
-        np.save(unfinished, found)
+        np.savez(unfinished, allow_pickle=False, errors=found)
     return path
 
 
@@ -119,7 +120,7 @@ def _quiet() -> None:
 
 def run_cells(config: OutlierConfig, cells: Sequence[EncounterConfig], partial: Path) -> None:
     """Run what is not done yet, cells over processes."""
-    paths = [partial / f"{k:04d}.npy" for k in range(len(cells))]
+    paths = [partial / f"{k:04d}.npz" for k in range(len(cells))]
     todo = [(path, cell) for path, cell in zip(paths, cells, strict=True) if not path.is_file()]
     spawn = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(config.jobs, spawn, initializer=_quiet) as pool:
@@ -162,7 +163,7 @@ def tabulate(cells: Sequence[EncounterConfig], partial: Path) -> pd.DataFrame:
 
     def rows() -> Iterator[dict[str, Any]]:
         for k, cell in enumerate(cells):
-            found = np.load(partial / f"{k:04d}.npy")
+            found = read_npz(partial / f"{k:04d}.npz")["errors"]
             keys = {
                 "kind": cell.kind if cell.n_outliers else "no",
                 "n_outliers": cell.n_outliers,

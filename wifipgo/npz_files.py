@@ -6,12 +6,15 @@ import zlib
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from math import prod
 from pathlib import Path
+from typing import IO
 from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
 
+from wifipgo.atomic_files import read_sealed
 from wifipgo.errors import BadInputError, quoted, require
 
 MAX_BYTES = 1 << 28
@@ -57,7 +60,22 @@ def read_npz(
             and the array.
         OSError: It cannot be opened.
     """
-    with path.open("rb") as file, _blamed(str(path)), ZipFile(file) as archive:
+    with path.open("rb") as file:
+        return _read(file, path, max_bytes=max_bytes, max_members=max_members)
+
+
+def read_sealed_npz(path: Path, *, max_bytes: int = MAX_BYTES) -> dict[str, np.ndarray]:
+    """The same of an archive in a file of `wifipgo.atomic_files.write_sealed`.
+
+    Raises:
+        BadInputError: See `read_npz`; or the digest is of other content.
+        OSError: It cannot be opened.
+    """
+    return _read(BytesIO(read_sealed(path)), path, max_bytes=max_bytes, max_members=MAX_MEMBERS)
+
+
+def _read(file: IO[bytes], path: Path, *, max_bytes: int, max_members: int) -> dict[str, np.ndarray]:
+    with _blamed(str(path)), ZipFile(file) as archive:
         members = archive.infolist()
         _check_directory(members, str(path), max_bytes=max_bytes, max_members=max_members)
         for member in members:

@@ -11,8 +11,9 @@ from jaxtyping import Float, Shaped
 
 from baselines.policies import Oracle, Policy, make_policy
 from envs.rendezvous_v0 import parallel_env
-from wifipgo.atomic_files import read_sealed, write_sealed
+from wifipgo.atomic_files import write_sealed
 from wifipgo.graph.metrics import ate_rot, ate_trans
+from wifipgo.npz_files import read_sealed_npz
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
@@ -68,8 +69,7 @@ class Episode:
         Raises:
             BadInputError: The file was damaged; names it.
         """
-        with np.load(BytesIO(read_sealed(path)), allow_pickle=False) as file:
-            arrays = dict(file)
+        arrays = read_sealed_npz(path)
         return cls(
             **json.loads(str(arrays.pop("scalars"))),
             **{name: arrays[name] for name in _ARRAYS},

@@ -13,11 +13,12 @@ from baselines.reproduce.encounter_grid import encounter, error_under, ground_tr
 from baselines.reproduce.encounters import EncounterConfig
 from envs.rendezvous_v0 import parallel_env
 from wifipgo import se2
-from wifipgo.atomic_files import read_sealed, write_sealed
+from wifipgo.atomic_files import write_sealed
 from wifipgo.graph.bearings import bearing_residuals, heard_along
 from wifipgo.graph.edges import select
 from wifipgo.graph.outliers.aoa_weights import bearing, likelihood
 from wifipgo.graph.outliers.methods import solve_robust
+from wifipgo.npz_files import read_sealed_npz
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick
 
@@ -51,7 +52,7 @@ class OutlierTrial(NamedTuple):
 
     def load(self) -> Arrays:
         """Read what `keep` wrote."""
-        return _load(self.path)
+        return read_sealed_npz(self.path)
 
 
 class Cell(NamedTuple):
@@ -78,17 +79,12 @@ class Cell(NamedTuple):
 
     def load(self) -> Arrays:
         """Read what `keep` wrote."""
-        return _load(self.path)
+        return read_sealed_npz(self.path)
 
 
 def _save(path: Path, result: Arrays) -> None:
     np.savez(buffer := BytesIO(), allow_pickle=False, **result)
     write_sealed(path, buffer.getvalue())
-
-
-def _load(path: Path) -> Arrays:
-    with np.load(BytesIO(read_sealed(path)), allow_pickle=False) as file:
-        return dict(file)
 
 
 def _played(scenario: Scenario, seed: int) -> Tick:

@@ -13,15 +13,25 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from baselines.policies.learned.network_checks import Sizes, check_layers, layers_of
 from baselines.policies.learned.ray_interface import N_WHOLE
 from envs.rendezvous_v0 import layout
 from wifipgo.atomic_files import appearing
 from wifipgo.errors import BadInputError, require
 from wifipgo.npz_files import read_npz
 from wifipgo.scenarios import Scenario
+from wifipgo.text_files import parsed_json
 from wifipgo.world.lidar import N_LIDAR_RAYS
 
 FORMAT = 1
+# Per interface: each perceptron with its numbers in and out; the first of them follow from what is shown.
+_SIZES: Mapping[str, Sequence[Sizes]] = {
+    "flat": (Sizes("action", lambda shown: shown, 3),),
+    "rays": (
+        Sizes("ray", lambda shown: N_WHOLE + _n_direction(shown), 1),
+        Sizes("whole", lambda shown: N_WHOLE + 2 * _n_direction(shown), 3),
+    ),
+}
 _NOTES = ("format", "interface", "layout", "scenario", "clip", "origin")
 
 
@@ -92,20 +102,28 @@ def load_network(path: Path) -> Network:
     """
     try:
         arrays = read_npz(path)
-        notes = json.loads(str(arrays.pop("notes")))
-        mean, variance = arrays.pop("mean"), arrays.pop("variance")
-        nets: dict[str, list[Layer]] = {}
-        for key in sorted(key for key in arrays if key.endswith("/weight")):
-            stem = key.removesuffix("/weight")
-            nets.setdefault(key.split("/")[0], []).append(Layer(arrays[key], arrays[f"{stem}/bias"]))
+        notes = parsed_json(str(arrays.pop("notes")), f"{path}: notes")
+        known, mean, variance = _known(notes, str(path)), arrays.pop("mean"), arrays.pop("variance")
+        layers = layers_of(arrays)
+        check_layers(layers, mean, variance, sizes=_SIZES.get(known["interface"], ()))
     except (ValueError, KeyError, TypeError, AttributeError) as problem:
         raise BadInputError(
             f"{path} is no trained policy (an .npz that training exports): {problem}"
         ) from problem
-    require(notes.get("format") == FORMAT, f"format of {path}", f"{FORMAT}", notes.get("format"))
-    known = {name: notes[name] for name in _NOTES if name != "format"}
-    known["layout"] = [(name, size) for name, size in known["layout"]]
+    nets = {name: [Layer(*layer) for layer in net] for name, net in layers.items()}
     return Network(nets=nets, mean=mean, variance=variance, **known)
+
+
+def _known(notes: Any, where: str) -> dict[str, Any]:
+    """What the notes of a file say, by the name of the field."""
+    require(isinstance(notes, dict), "notes", "a table", notes)
+    require(notes.get("format") == FORMAT, f"format of {where}", f"{FORMAT}", notes.get("format"))
+    known = {name: notes[name] for name in _NOTES if name != "format"}
+    for name, kind in (("interface", str), ("scenario", dict), ("origin", dict), ("clip", (int, float))):
+        require(isinstance(known[name], kind), name, "of the type that training writes", known[name])
+    require(0.0 < known["clip"] < np.inf, "clip", "> 0 and finite", known["clip"])
+    known["layout"] = [(name, size) for name, size in known["layout"]]
+    return known
 
 
 def perceptron(
@@ -123,6 +141,11 @@ def split_rays(
     """Numbers of the robot, and those of each direction."""
     directions = x[:, N_WHOLE:].reshape(len(x), -1, N_LIDAR_RAYS)
     return x[:, :N_WHOLE], np.moveaxis(directions, 1, 2)
+
+
+def _n_direction(n_shown: int) -> int:
+    """Numbers of each direction among those that `rays` shows."""
+    return (n_shown - N_WHOLE) // N_LIDAR_RAYS
 
 
 def layout_of(scenario: Scenario) -> list[tuple[str, int]]:
