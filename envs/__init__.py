@@ -7,6 +7,11 @@ Importing this package registers, without loading what it names:
 - ``gymnasium.make("wifipgo/RendezvousTeam-v0")``, one controller for the whole team.
 """
 
+import sys
+
+if sys.argv[:1] == ["-m"]:  # a command is about to load: Ctrl-C ends it without a traceback
+    import wifipgo.early_interrupts  # noqa: F401
+
 from envs._registry import register_all
 
 register_all()

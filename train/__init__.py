@@ -4,7 +4,11 @@ The names below load what they need, torch among it, when they are asked for: im
 """
 
 import importlib
+import sys
 from typing import TYPE_CHECKING, Any
+
+if sys.argv[:1] == ["-m"]:  # a command is about to load: Ctrl-C ends it without a traceback
+    import wifipgo.early_interrupts  # noqa: F401
 
 if TYPE_CHECKING:
     from train._config import EnvsConfig, TrainConfig

@@ -8,7 +8,7 @@ code  meaning
 2     bad input: `wifipgo.errors.BadInputError`, a path of the user's, the command line
 3     a computation failed (`wifipgo.errors.NumericalError`)
 70    a defect of this program: with its traceback, worth a report
-130   interrupted (Ctrl-C)
+130   interrupted (Ctrl-C; while modules still load: `wifipgo.early_interrupts`)
 141   nobody reads standard output any more
 ====  ==========================================================================
 
@@ -32,6 +32,7 @@ from io import TextIOWrapper
 from typing import IO, Any
 from unicodedata import category
 
+from wifipgo.early_interrupts import unwatch
 from wifipgo.errors import BadInputError, DoubtfulError, NumericalError
 from wifipgo.threads import one_thread
 
@@ -48,6 +49,7 @@ def exit_code(job: Callable[[], object], *, interrupted: str = "interrupted; not
     """
     _replace_what_cannot_be_shown()
     try:
+        unwatch()
         with one_thread:
             job()
         _flush(sys.stdout)

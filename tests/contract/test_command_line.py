@@ -1,14 +1,18 @@
 """How commands end: exit codes, one line on standard error, output that a terminal can take."""
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 from wifipgo.command_line import exit_code, printable
 from wifipgo.errors import BadInputError, DoubtfulError, NumericalError
 from wifipgo.terminal import Terminal, say
+
+ROOT = Path(__file__).parents[2]
 
 
 def raising(problem: BaseException) -> Callable[[], None]:
@@ -92,3 +96,37 @@ def test_nobody_reads_and_nothing_is_said(job: str) -> None:
 def test_a_full_disk_is_one_line() -> None:
     done = ended("sys.exit(exit_code(lambda: say('line')))", shell="{} > /dev/full")
     assert (done.returncode, done.stderr) == (2, b"error: system: No space left on device\n")
+
+
+@pytest.mark.parametrize(
+    ("module", "loading"),
+    [
+        ("baselines.evaluate", "pandas"),
+        ("baselines.evaluate", "numpy"),
+        ("baselines.merge", "numpy"),
+        ("baselines.reproduce", "numpy"),
+        ("baselines.watch", "numpy"),
+        ("envs.describe", "numpy"),
+        ("train.ppo", "numpy"),
+        ("train.rllib", "numpy"),
+        ("wifipgo.graph.optimise", "numpy"),
+        ("wifipgo.radio.recordings", "numpy"),
+    ],
+)
+def test_ctrl_c_while_modules_load(module: str, loading: str, tmp_path: Path) -> None:
+    (tmp_path / f"{loading}.py").write_text(
+        "import os, signal\ntry:\n    os.kill(os.getpid(), signal.SIGINT)\nexcept BaseException:\n    pass\n"
+        "raise ImportError('what libraries make of it')\n"
+    )
+    env = os.environ | {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"}
+    command = [sys.executable, "-m", module, "--help"]
+    done = subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted; nothing was written\n")
+
+
+def test_programs_of_others_keep_their_ctrl_c() -> None:
+    program = (
+        "import signal; before = signal.getsignal(2); import wifipgo; print(signal.getsignal(2) is before)"
+    )
+    command = [sys.executable, "-c", program, "-m", "wifipgo.graph.optimise"]
+    assert subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout == "True\n"
