@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Shaped
@@ -69,7 +70,7 @@ class Episode:
         Raises:
             BadInputError: The file was damaged; names it.
         """
-        arrays = read_sealed_npz(path)
+        arrays: dict[str, Any] = read_sealed_npz(path)
         return cls(
             **json.loads(str(arrays.pop("scalars"))),
             **{name: arrays[name] for name in _ARRAYS},

@@ -10,7 +10,7 @@ import pytest
 
 from baselines.evaluate import EvaluateConfig, evaluate
 from baselines.evaluation import jobs, run_folder
-from baselines.evaluation.episodes import Episode
+from baselines.evaluation.episodes import Episode, run_episode
 from baselines.merge import main
 
 NAMES_IT = {"config.json", "manifest.jsonl"}  # files that say where they are
@@ -75,7 +75,7 @@ def test_an_interrupted_run_goes_on_with_more_trials(
 def test_a_finished_run_goes_on_with_more_trials(
     parts: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    out, trials, run = shutil.copytree(parts[1], tmp_path / "out"), [], jobs.run_episode
+    out, trials, run = shutil.copytree(parts[1], tmp_path / "out"), [], run_episode
 
     def seen(*args: Any, **kwargs: Any) -> Episode:
         trials.append(kwargs["trial"])

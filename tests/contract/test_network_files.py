@@ -36,7 +36,8 @@ def with_notes(change: dict[str, Any]) -> Callable[[dict[str, Any]], dict[str, A
         (lambda _: {"notes": np.array("[" * 100_000)}, "nested too deep"),
         (with_notes({"clip": None}), "clip must be"),
         (with_notes({"clip": float("nan")}), "clip must be > 0 and finite"),
-        (with_notes({"layout": 3}), "is no trained policy"),
+        (with_notes({"layout": 3}), "layout must be of the type"),
+        (with_notes({"layout": [["lidar", "16"]]}), "layout must be names and sizes"),
         (with_notes({"scenario": 3}), "scenario must be"),
     ],
 )

@@ -32,6 +32,13 @@ _SIZES: Mapping[str, Sequence[Sizes]] = {
         Sizes("whole", lambda shown: N_WHOLE + 2 * _n_direction(shown), 3),
     ),
 }
+_KINDS: Mapping[str, type | tuple[type, ...]] = {
+    "interface": str,
+    "layout": list,
+    "scenario": dict,
+    "origin": dict,
+    "clip": (int, float),
+}
 _NOTES = ("format", "interface", "layout", "scenario", "clip", "origin")
 
 
@@ -119,9 +126,11 @@ def _known(notes: Any, where: str) -> dict[str, Any]:
     require(isinstance(notes, dict), "notes", "a table", notes)
     require(notes.get("format") == FORMAT, f"format of {where}", f"{FORMAT}", notes.get("format"))
     known = {name: notes[name] for name in _NOTES if name != "format"}
-    for name, kind in (("interface", str), ("scenario", dict), ("origin", dict), ("clip", (int, float))):
+    for name, kind in _KINDS.items():
         require(isinstance(known[name], kind), name, "of the type that training writes", known[name])
     require(0.0 < known["clip"] < np.inf, "clip", "> 0 and finite", known["clip"])
+    pairs = all(isinstance(row, list) and list(map(type, row)) == [str, int] for row in known["layout"])
+    require(pairs, "layout", "names and sizes of blocks", known["layout"])
     known["layout"] = [(name, size) for name, size in known["layout"]]
     return known
 
