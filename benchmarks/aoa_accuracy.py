@@ -33,6 +33,7 @@ from rich.progress import track
 from rich.table import Table
 
 from wifipgo.atomic_files import write_json
+from wifipgo.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from wifipgo.radio import aoa
 from wifipgo.radio.aoa import cramer_rao
 from wifipgo.radio.channel import csi
@@ -50,7 +51,7 @@ SNRS_DB = (-5.0, 0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0)
 BLOCK = 500  # worlds in memory at once
 SNR_DB, MAX_DELAY_S, GROSS_DEG = 20.0, 100e-9, 20.0
 # Okabe and Ito's palette, which colour-blind readers tell apart; further estimators begin it again.
-_PALETTE = ("#009E73", "#0072B2", "#D55E00", "#CC79A7", "#E69F00", "#56B4E9")
+_PALETTE = (GREEN, BLUE, VERMILION, PURPLE, ORANGE, SKY)
 COLOURS = dict(zip(ESTIMATORS, cycle(_PALETTE), strict=False))
 MARKERS = dict(zip(ESTIMATORS, cycle("^soDvP"), strict=False))
 

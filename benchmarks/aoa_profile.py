@@ -22,6 +22,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from wifipgo.atomic_files import write_json
+from wifipgo.palette import BLUE, VERMILION
 from wifipgo.radio import aoa
 from wifipgo.radio.aoa.confidence import confidence
 from wifipgo.radio.channel import csi
@@ -91,8 +92,8 @@ def draw(path: Path, profile: np.ndarray, found: aoa.Directions) -> None:
         left.set(xlabel="azimuth (°)", ylabel="elevation (°)", xticks=range(-180, 181, 60))
         left.legend(loc="upper left", fontsize=8)
         figure.colorbar(image, ax=left, label="share of power")
-        right.plot(azimuths_rad, profile[0].max(axis=0), color="#0072B2", label="highest over elevation")
-        right.plot(azimuths_rad, profile[0, 0], color="#D55E00", lw=1.0, label="elevation 0")
+        right.plot(azimuths_rad, profile[0].max(axis=0), color=BLUE, label="highest over elevation")
+        right.plot(azimuths_rad, profile[0, 0], color=VERMILION, lw=1.0, label="elevation 0")
         right.vlines(AZIMUTH_RAD[:1], 0.0, 1.0, color="r", ls=":", label="direct path")
         right.legend(loc="lower left", bbox_to_anchor=(1.0, 0.85), fontsize=8, frameon=False)
         right.tick_params(labelsize=7)

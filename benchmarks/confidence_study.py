@@ -27,11 +27,12 @@ from rich.table import Table
 from benchmarks.simulated_rooms import WAVELENGTH_M, draw_link, two_way_product
 from wifipgo.atomic_files import write_json
 from wifipgo.errors import require
+from wifipgo.palette import BLUE, GREEN, GREY, VERMILION
 from wifipgo.radio.aoa import azimuth_grid, find_peaks
 from wifipgo.radio.aoa.moving_aperture import aperture_profiles
 
 POWERS = (1, 2, 4, 6, 8, 12, 16)
-DRAWN = {"share of power": "#2a9d6f", "side lobe": "#6b7280", "expected error, power 6": "#1f6fb4"}
+DRAWN = {"share of power": GREEN, "side lobe": GREY, "expected error, power 6": BLUE}
 ORACLE = "an oracle"
 
 
@@ -146,7 +147,7 @@ def save_picture(links: Sequence[Studied], path: Path) -> None:
     blocked = np.array([link.blocked for link in links])
     errors = np.array([link.errors_deg["mean"] for link in links])[blocked]
     figure, axes = plt.subplots(figsize=(6.0, 4.2), layout="constrained")
-    for name, colour in (DRAWN | {ORACLE: "#d4570b"}).items():
+    for name, colour in (DRAWN | {ORACLE: VERMILION}).items():
         curve = rejection_curve(keys(links)[name][blocked], errors)[::-1]
         axes.plot(np.arange(len(curve)) / len(curve), curve, color=colour, label=name)
     axes.set(xlabel="share rejected", ylabel="mean |error| of the rest, degrees", xlim=(0.0, 1.0))

@@ -24,6 +24,7 @@ from rich.table import Table
 
 from benchmarks.reference_paths import Agreement, Reference, compare, joined, read_references, traced
 from wifipgo.atomic_files import write_json
+from wifipgo.palette import SERIES
 
 # What is asked of the largest deviation; the reference's own float32 allows 0.1 deg at the
 # transmitter. Phase: of 95 % of the paths.
@@ -36,8 +37,6 @@ TOLERANCES = {
 }
 LABELS = ("azimuth at receiver", "azimuth at transmitter", "delay", "gain", "phase")
 UNITS = ("deg", "deg", "ns", "dB", "deg")
-# Okabe and Ito's palette, which colour-blind readers tell apart.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
 MIN_SHARE_KNOWN = 0.99
 WIDTH_CHARACTERS = 118  # where the output is not a terminal
 
@@ -177,9 +176,9 @@ def draw_link(axes: Axes, reference: Reference) -> None:
             first_hit(rx_m, arrives, surfaces.ends_m),
         )
         corners_m = np.stack([tx_m, *[first_m, last_m][:order], rx_m])
-        axes.plot(*corners_m.T, color=COLOURS[order], lw=(1.8, 1.2, 0.7)[order], zorder=2 - 0.1 * order)
+        axes.plot(*corners_m.T, color=SERIES[order], lw=(1.8, 1.2, 0.7)[order], zorder=2 - 0.1 * order)
     for order, label in enumerate(("line of sight", "one reflection", "two reflections")):
-        axes.plot([], [], color=COLOURS[order], label=label)
+        axes.plot([], [], color=SERIES[order], label=label)
     axes.plot(*tx_m, "o", color="k", label="transmitter")
     axes.plot(*rx_m, "s", color="k", label="receiver")
     axes.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
@@ -205,7 +204,7 @@ def draw_deviations(axes: Axes, total: Agreement) -> None:
     size = np.sort(np.maximum(np.abs(total.deviations) / limits, 1e-5), axis=0)
     for k, (label, limit, unit) in enumerate(zip(LABELS, limits, UNITS, strict=True)):
         axes.step(
-            size[:, k], 100.0 * share, color=COLOURS[k], label=f"{label}, {limit:g} {unit}", where="post"
+            size[:, k], 100.0 * share, color=SERIES[k], label=f"{label}, {limit:g} {unit}", where="post"
         )
     axes.axvline(1.0, color="0.3", lw=1.0, ls="--")
     axes.set(xscale="log", xlabel="deviation / tolerance", ylabel="paths within it (%)", ylim=(0.0, 101.0))

@@ -28,6 +28,7 @@ from rich.table import Table
 from scipy.stats import bootstrap
 
 from wifipgo.atomic_files import write_json
+from wifipgo.palette import BLUE, FRAME, GREY, VERMILION
 from wifipgo.radio.aoa.confidence import confidences, least_confident
 from wifipgo.radio.recordings.recorded_link import Link, bearing
 from wifipgo.radio.recordings.wsr_dataset import read_links
@@ -35,7 +36,7 @@ from wifipgo.radio.recordings.wsr_dataset import read_links
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
 DATA = Path(os.environ.get("WIFIPGO_DATA", BESIDE)) / "wsr"
 MAX_IN_SIGHT, MAX_BEYOND, MAX_CONFIDENT = 0.9, 1.0, 0.5  # ratios of mean |error|, `targets`
-OURS, TOOLBOX, REJECTED = "#1f6fb4", "#6b7280", "#d4570b"
+OURS, TOOLBOX, REJECTED = BLUE, GREY, VERMILION
 
 
 class Row(NamedTuple):
@@ -221,7 +222,7 @@ def save_picture(rows: Sequence[Row], out: np.ndarray, path: Path) -> None:
     figure, (left, right) = plt.subplots(1, 2, figsize=(10.5, 4.6), layout="constrained")
     place = np.arange(len(rows))
     ours, toolbox = np.maximum([[row.error_deg, row.toolbox_error_deg] for row in rows], 0.1).T
-    left.vlines(place, ours, toolbox, color="#d5d9df", linewidth=1.2)
+    left.vlines(place, ours, toolbox, color=FRAME, linewidth=1.2)
     left.plot(place, toolbox, "x", color=TOOLBOX, label="toolbox")
     left.plot(place[~out], ours[~out], "o", color=OURS, label="ours")
     left.plot(place[out], ours[out], "o", markerfacecolor="white", color=REJECTED, label="ours, rejected")

@@ -13,10 +13,10 @@ from matplotlib.patches import Circle, Patch, Polygon
 
 from envs._rendezvous import RendezvousEnv
 from wifipgo.atomic_files import appearing
+from wifipgo.palette import ROBOTS
 from wifipgo.world.polygons import area_m2, convex_parts
 
 # Okabe and Ito's palette, which colour-blind readers tell apart.
-_COLOURS = ("#009E73", "#CC79A7", "#0072B2", "#E69F00", "#56B4E9", "#D55E00")
 _MANY = 8  # robots from which names are left out and lines are thin
 
 
@@ -55,7 +55,7 @@ def _draw_walls(axes: Axes, env: RendezvousEnv) -> None:
 
 def _draw_robot(axes: Axes, env: RendezvousEnv, k: int, start: np.ndarray) -> None:
     """Body, heading, sensor range (dashed) and step (dotted)."""
-    scenario, colour, many = env.scenario, _COLOURS[k % len(_COLOURS)], env.scenario.n_robots > _MANY
+    scenario, colour, many = env.scenario, ROBOTS[k % len(ROBOTS)], env.scenario.n_robots > _MANY
     at, line = (float(start[0]), float(start[1])), 0.7 if many else 1.4
     step_m = float(scenario.arena.steps_m(scenario.n_robots)[k])
     for radius_m, style in ((scenario.sensing.sensor_range_m, "--"), (step_m, ":")):

@@ -20,11 +20,8 @@ from baselines.evaluation.plan import Plan
 from baselines.evaluation.run_folder import Tables
 from baselines.evaluation.statistics import bootstrap
 from wifipgo.errors import require
+from wifipgo.palette import ROBOTS, SERIES, YELLOW
 
-# Okabe and Ito's palette, which colour-blind readers tell apart.
-BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9"
-POLICY_COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
-ROBOT_COLOURS = (GREEN, PURPLE, BLUE, ORANGE, SKY, VERMILION)
 DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), "-.")
 STYLE: dict[Any, Any] = {
     "font.size": 10,
@@ -55,7 +52,7 @@ def draw_err(path: Path, plan: Plan, tables: Tables) -> None:
 
 
 def _colour(place: int) -> str:
-    return POLICY_COLOURS[place % len(POLICY_COLOURS)]
+    return SERIES[place % len(SERIES)]
 
 
 def _curve(axes: Axes, steps: Sequence[pd.DataFrame], colour: str, dashes: object) -> None:
@@ -166,7 +163,7 @@ def _trajectories(axes: Axes, episode: Episode) -> None:
     many = len(episode.reference) > _MANY
     thin, size = (0.7, 3.0) if many else (1.6, 7.0)
     for robot, (true, believed) in enumerate(zip(episode.reference, episode.estimate, strict=True)):
-        colour = ROBOT_COLOURS[robot % len(ROBOT_COLOURS)]
+        colour = ROBOTS[robot % len(ROBOTS)]
         axes.plot(true[:, 0], true[:, 1], color=colour, lw=thin, zorder=2)
         axes.plot(believed[:, 0], believed[:, 1], color=colour, lw=thin, ls=DASHED, alpha=0.85, zorder=3)
         axes.plot(*true[0, :2], "o", color=colour, ms=size, mec="white", mew=0.5, zorder=4)
@@ -176,7 +173,7 @@ def _trajectories(axes: Axes, episode: Episode) -> None:
 
 
 def _star(many: bool) -> dict[str, Any]:
-    return {"marker": "*", "s": 45 if many else 190, "c": "#F0E442", "edgecolors": "black", "linewidths": 0.7}
+    return {"marker": "*", "s": 45 if many else 190, "c": YELLOW, "edgecolors": "black", "linewidths": 0.7}
 
 
 def _label_room(axes: Axes, episode: Episode) -> None:
@@ -190,7 +187,7 @@ def _label_room(axes: Axes, episode: Episode) -> None:
 
 def _key(n_robots: int) -> list[Line2D]:
     """What lines and marks mean; a colour is a robot, and comes again where there are many."""
-    colours = ROBOT_COLOURS[:n_robots] if n_robots <= len(ROBOT_COLOURS) else ()
+    colours = ROBOTS[:n_robots] if n_robots <= len(ROBOTS) else ()
     robots = [Line2D([], [], color=colour, lw=4, label=f"robot {k}") for k, colour in enumerate(colours)]
     robots = robots or [Line2D([], [], ls="", label="a colour for each robot, repeated")]
     marks = [
@@ -199,6 +196,6 @@ def _key(n_robots: int) -> list[Line2D]:
         Line2D([], [], color="0.3", marker="o", ls="", label="start"),
         Line2D([], [], color="0.3", marker="s", ls="", label="end"),
         Line2D([], [], mec="0.3", mfc="white", marker="s", ls="", label="end as estimated"),
-        Line2D([], [], marker="*", ls="", ms=12, mfc="#F0E442", mec="black", label="rendezvous"),
+        Line2D([], [], marker="*", ls="", ms=12, mfc=YELLOW, mec="black", label="rendezvous"),
     ]
     return [*marks, *robots]

@@ -14,9 +14,10 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from baselines.evaluation.episodes import Episode
-from baselines.evaluation.plots import BLUE, GREEN, ORANGE, PURPLE, STYLE, VERMILION, band
+from baselines.evaluation.plots import STYLE, band
 from baselines.reproduce._measures import mean_curves
 from wifipgo.figures import drawing
+from wifipgo.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 
 LOOKS: dict[str, tuple[str, Any]] = {
     "active": (BLUE, "-"),
@@ -25,7 +26,7 @@ LOOKS: dict[str, tuple[str, Any]] = {
     "active, every step": (GREEN, "-."),
     "vision": (PURPLE, (0, (3, 1, 1, 1))),
 }
-CALLING = "#56B4E9"
+CALLING = SKY
 
 
 @contextmanager

@@ -9,10 +9,10 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import SubFigure
 
-from baselines.evaluation.plots import BLUE, ORANGE, PURPLE, VERMILION
 from baselines.reproduce import _draw
 from baselines.reproduce._outlier_trials import METHODS
 from wifipgo.graph.outliers.aoa_weights import PAPER_GATE_RAD, likelihood
+from wifipgo.palette import BLUE, ORANGE, PURPLE, VERMILION
 
 SAMPLES = 100  # AOA samples in the picture, as in the paper
 SHOWN = {"none": "before", "paper": "after\n(Eq. 11)", "huber": "Huber", "bearing": "bearings\n(default)"}

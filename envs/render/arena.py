@@ -4,9 +4,10 @@ import numpy as np
 import pygame
 from jaxtyping import Bool, Float, Int
 
-from envs.render import colours, marks
+from envs.render import marks
 from envs.render.scene import Camera, Scene
 from envs.render.text import write
+from wifipgo import palette
 from wifipgo.scenarios import Scenario
 from wifipgo.state import World
 from wifipgo.world.coverage import CELL_M
@@ -33,7 +34,7 @@ class ArenaPainter:
         self._side_px = round((_OVERSAMPLE if few else _OVERSAMPLE_MANY) * side_px)
         self._camera = Camera.on_square(self._side_px, self._room_m, margin_px=_MARGIN * self._side_px)
         self._size = self._side_px / (76.0 if few else 130.0)
-        self._of = [colours.robot_colour(robot) for robot in range(scenario.n_robots)]
+        self._of = [palette.robot_colour(robot) for robot in range(scenario.n_robots)]
         self._big = pygame.Surface((self._side_px, self._side_px))
         self._ground = pygame.Surface((self._side_px, self._side_px))
         self._poses, self._seen = np.zeros((0, 0, 3)), np.zeros((0, 0), dtype=bool)
@@ -66,27 +67,27 @@ class ArenaPainter:
     def _bare_ground(self) -> None:
         """Paper, floor that nobody has seen, obstacles, a scale."""
         camera, side = self._camera, self._room_m * self._camera.px_per_m
-        self._ground.fill(colours.PAPER)
+        self._ground.fill(palette.PAPER)
         top = camera.bottom_px - side
         self._ground.fill(
-            colours.UNSEEN, pygame.Rect(round(camera.left_px), round(top), round(side), round(side))
+            palette.UNSEEN, pygame.Rect(round(camera.left_px), round(top), round(side), round(side))
         )
         self._obstacles()
         length_m = max((m for m in (0.5, 1, 2, 5, 10, 20, 50, 100) if m <= self._room_m / 4), default=0.5)
         end = camera.left_px + length_m * camera.px_per_m
         y = camera.bottom_px + 0.022 * self._side_px
-        pygame.draw.line(self._ground, colours.INK, (camera.left_px, y), (end, y), 4)
+        pygame.draw.line(self._ground, palette.INK, (camera.left_px, y), (end, y), 4)
         for x in (camera.left_px, end):
-            pygame.draw.line(self._ground, colours.INK, (x, y - 8), (x, y + 8), 4)
+            pygame.draw.line(self._ground, palette.INK, (x, y - 8), (x, y + 8), 4)
         place = (end + 0.012 * self._side_px, y)
-        write(self._ground, f"{length_m:g} m", place, 0.025 * self._side_px, colours.INK, middle=True)
+        write(self._ground, f"{length_m:g} m", place, 0.025 * self._side_px, palette.INK, middle=True)
 
     def _show_cells(self, new: Bool[np.ndarray, "cells cells"]) -> None:
         """Floor that came into view turns bright where nothing is drawn on it yet."""
         edges = np.diff(new, axis=0, prepend=False, append=False)  # of runs of cells side by side
         ends = np.argwhere(edges.T)[:, ::-1].reshape(-1, 2, 2)
         corners_m = CELL_M * (ends + np.array([[0, 1], [0, 0]]))
-        unseen, seen = (self._ground.map_rgb(colour) for colour in (colours.UNSEEN, colours.SEEN))
+        unseen, seen = (self._ground.map_rgb(colour) for colour in (palette.UNSEEN, palette.SEEN))
         pixels = pygame.surfarray.pixels2d(self._ground)
         boxes = np.rint(self._camera.px(np.minimum(corners_m, self._room_m))).astype(int)
         for (left, top), (right, bottom) in boxes.tolist():
@@ -97,11 +98,11 @@ class ArenaPainter:
         """Obstacles and walls."""
         for corners_m in self._world.layout.obstacles_m:
             corners = self._camera.px(corners_m).tolist()
-            pygame.draw.polygon(self._ground, colours.OBSTACLE, corners)
-            pygame.draw.polygon(self._ground, colours.WALL, corners, 3)
+            pygame.draw.polygon(self._ground, palette.OBSTACLE, corners)
+            pygame.draw.polygon(self._ground, palette.WALL, corners, 3)
         walls = self._camera.px(self._world.layout.walls_m)
         for begin, end in walls.tolist():
-            pygame.draw.line(self._ground, colours.WALL, begin, end, 6)
+            pygame.draw.line(self._ground, palette.WALL, begin, end, 6)
 
     def _links(self, scene: Scene, now: Float[np.ndarray, "robots 2"]) -> None:
         """Who hears whom, fast links on top."""
@@ -116,7 +117,7 @@ class ArenaPainter:
         wide = np.flatnonzero(reach > 4.0 * self._size)  # the others hide behind their robots
         marks.rings(self._big, rings[wide], self._chosen(wide), self._size)
 
-    def _chosen(self, robots: Int[np.ndarray, " chosen"]) -> list[colours.Colour]:
+    def _chosen(self, robots: Int[np.ndarray, " chosen"]) -> list[palette.Colour]:
         """Colours of some robots."""
         return [self._of[robot] for robot in robots.tolist()]
 

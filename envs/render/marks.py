@@ -9,7 +9,7 @@ import pygame
 from jaxtyping import Float
 from pygame import gfxdraw
 
-from envs.render.colours import CALL, INK, LOBE, MEETING, PAPER, SEEN, Colour, mixed, rate_colours
+from wifipgo.palette import CALL, INK, LOBE, MEETING, PAPER, SEEN, Colour, mixed, rate_colours
 
 Surface = pygame.Surface
 

@@ -151,3 +151,14 @@ def test_no_trace_of_a_machine() -> None:
             if b"\0" not in raw and (MACHINE.search(line) or INDEX.search(line)):
                 found.append(f"{name}:{number}: {line.strip()[:100]}")
     assert not found, "\n".join(found)
+
+
+def test_colours_have_names() -> None:
+    """One palette: no picture mixes colours of its own."""
+
+    def mixed(path: Path) -> Iterator[str]:
+        texts = (node.value for node in nodes(path) if isinstance(node, ast.Constant))
+        yield from (t for t in texts if isinstance(t, str) and re.fullmatch(r"#[0-9a-fA-F]{6}", t))
+
+    found = offenders(mixed, *ALL)
+    assert set(found) == {"wifipgo/palette.py"}

@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from baselines.evaluation.episodes import run_episode
-from envs.render import colours
 from envs.render.config import RenderConfig
 from envs.render.scene import SIGMAS_95, Camera, lobes, rings, scene_of
 from envs.render.viewer import Viewer
+from wifipgo import palette
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario, scenario_named
 from wifipgo.state import Tick, World
@@ -46,7 +46,7 @@ def arena_camera(scenario: Scenario, height_px: int = HEIGHT_PX) -> Camera:
     return Camera.on_square(height_px, scenario.arena.size_m, margin_px=0.045 * height_px)
 
 
-def near(frame: np.ndarray, colour: colours.Colour, *, within: int = 12) -> np.ndarray:
+def near(frame: np.ndarray, colour: palette.Colour, *, within: int = 12) -> np.ndarray:
     """Which pixels have a colour, but for smoothed edges."""
     return (np.abs(frame.astype(int) - np.array(colour)) <= within).all(axis=-1)
 
@@ -85,10 +85,10 @@ def test_robots_and_obstacles_are_where_they_are(played: tuple[list[Tick], World
     camera = arena_camera(SCENARIO, height_px)
     for robot, pose in enumerate(ticks[5].truth.poses[:, -1]):
         x, y = np.rint(camera.px(pose[:2])).astype(int)
-        assert near(frame[y - 1 : y + 2, x - 1 : x + 2], colours.robot_colour(robot)).all()
+        assert near(frame[y - 1 : y + 2, x - 1 : x + 2], palette.robot_colour(robot)).all()
     for corners in world.layout.obstacles_m:
         x, y = np.rint(camera.px(corners.mean(axis=0))).astype(int)
-        assert near(frame[y, x], colours.OBSTACLE)
+        assert near(frame[y, x], palette.OBSTACLE)
     assert camera.px(np.zeros(2)) == pytest.approx([0.045 * height_px, 0.955 * height_px])
 
 
@@ -96,7 +96,7 @@ def test_seen_floor_is_bright(played: tuple[list[Tick], World]) -> None:
     """Pixels of bright floor grow with the cells that were seen."""
     ticks, world = played
     bright = [
-        near(Viewer().frame(ticks[t], world, SCENARIO)[:, :HEIGHT_PX], colours.SEEN).sum()
+        near(Viewer().frame(ticks[t], world, SCENARIO)[:, :HEIGHT_PX], palette.SEEN).sum()
         for t in (0, 10, 26)
     ]
     assert bright[0] < bright[1] < bright[2]
@@ -110,7 +110,7 @@ def test_bars_cross_the_threshold_when_err_does(played: tuple[list[Tick], World]
     for share in (0.5, 1.0, 2.0, 50.0):
         err = np.array([share * SCENARIO.rendezvous.err_threshold, 0.0])
         frame = Viewer().frame(tick._replace(belief=tick.belief._replace(err=err)), world, SCENARIO)
-        row = near(frame[185, HEIGHT_PX:], colours.robot_colour(0))
+        row = near(frame[185, HEIGHT_PX:], palette.robot_colour(0))
         lengths.append(int(row.sum()))
     assert lengths[1] == pytest.approx(160 / 3, abs=3.0)  # the line of the threshold hides two pixels
     assert lengths[0] == pytest.approx(lengths[1] / 2, abs=3.0)
@@ -127,7 +127,7 @@ def test_bars_that_are_cut_are_broken(played: tuple[list[Tick], World]) -> None:
         err = np.array([share * SCENARIO.rendezvous.err_threshold, 0.0])
         drawn = tick._replace(belief=tick.belief._replace(err=err))
         row = Viewer().frame(drawn, world, SCENARIO)[185, HEIGHT_PX + 120 : HEIGHT_PX + 174]
-        gaps.append(int(near(row, colours.PAPER).sum()))
+        gaps.append(int(near(row, palette.PAPER).sum()))
     assert gaps == [0, 2]
 
 

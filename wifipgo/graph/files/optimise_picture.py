@@ -10,9 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from wifipgo.graph.posegraph import PoseGraph
-
-# Okabe and Ito's palette, which colour-blind readers tell apart.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9")
+from wifipgo.palette import REJECTED, ROBOTS
 
 
 def draw(
@@ -39,8 +37,8 @@ def _panel(
     """One state of the graph."""
     lines, between = np.stack([p_m[graph.tail], p_m[graph.head]], axis=1), graph.between_robots
     place = np.searchsorted(graph.robots, graph.robot)
-    colour = np.array(COLOURS)[place % len(COLOURS)]
-    own = np.where(rejected, "#D00000", np.where(between, "0.7", colour[graph.tail]))
+    colour = np.array(ROBOTS)[place % len(ROBOTS)]
+    own = np.where(rejected, REJECTED, np.where(between, "0.7", colour[graph.tail]))
     axes.add_collection(LineCollection(list(lines), colors=own.tolist(), linewidths=0.7, zorder=1))
     axes.scatter(p_m[:, 0], p_m[:, 1], s=6.0, c=colour.tolist(), zorder=2)
     halo = [withStroke(linewidth=2.5, foreground="white")]

@@ -8,12 +8,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from wifipgo.palette import BLUE, FRAME, GREY, GRID, SKY, VERMILION
 from wifipgo.radio.aoa import azimuth_grid
 from wifipgo.radio.aoa.moving_aperture import Bearing
 from wifipgo.radio.recordings.recorded_link import Link
 from wifipgo.radio.recordings.report import error_deg
 
-OURS, TRUTH, TOOLBOX, OTHER = "#1f6fb4", "#d4570b", "#6b7280", "#9dbfdd"
+OURS, TRUTH, TOOLBOX, OTHER = BLUE, VERMILION, GREY, SKY
 
 
 def save_picture(links: Sequence[Link], bearings: Sequence[Bearing], path: Path, *, title: str) -> None:
@@ -21,7 +22,7 @@ def save_picture(links: Sequence[Link], bearings: Sequence[Bearing], path: Path,
     n_columns = min(len(links), 5 if len(links) > 6 else 3)
     n_rows = -(-len(links) // n_columns)
     size = (2.7 * n_columns + 0.4, 3.05 * n_rows + 1.3)
-    with mpl.rc_context({"font.size": 9, "axes.titlesize": 10.5, "axes.edgecolor": "#c9ced6"}):
+    with mpl.rc_context({"font.size": 9, "axes.titlesize": 10.5, "axes.edgecolor": FRAME}):
         figure = Figure(figsize=size, layout="constrained")
         grid = figure.subplots(n_rows, n_columns, squeeze=False, subplot_kw={"projection": "polar"})
         for axes, link, found in zip(grid.flat, links, bearings, strict=False):
@@ -68,8 +69,8 @@ def _draw_link(axes: Axes, link: Link, found: Bearing) -> None:
         )
     axes.set_ylim(0.0, 1.3)
     axes.set_yticks([0.5, 1.0], labels=[])
-    axes.set_xticks(np.deg2rad([0, 90, 180, 270]), labels=["0°", "90°", "180°", "-90°"], color="#6b7280")
+    axes.set_xticks(np.deg2rad([0, 90, 180, 270]), labels=["0°", "90°", "180°", "-90°"], color=GREY)
     axes.tick_params(pad=-3)
-    axes.grid(color="#e3e6ea")
+    axes.grid(color=GRID)
     place = f"place {link.place}, {link.transmitter}: {error_deg(found.azimuth_rad, link):+.1f}°"
     axes.set_title(f"{link.set_name}\n{place}")

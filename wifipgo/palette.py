@@ -1,4 +1,8 @@
-"""Colours of the pictures: what a robot, a link, a call has, wherever it is drawn."""
+"""Colours of all pictures: what a robot, a link, a call has, wherever it is drawn.
+
+Figures take Okabe and Ito's colours, which colour-blind readers tell apart, as matplotlib reads them; the
+screen and Rerun take triples from 0 to 255.
+"""
 
 import functools
 from collections.abc import Sequence
@@ -8,8 +12,15 @@ from jaxtyping import Float
 
 Colour = tuple[int, int, int]
 
-# Robots: Okabe and Ito's green and purple first; the rest keeps away from the colours of calls and links.
-ROBOTS: tuple[Colour, ...] = (
+BLUE, VERMILION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
+PURPLE, SKY, YELLOW, REJECTED = "#CC79A7", "#56B4E9", "#F0E442", "#D00000"
+# What is beside the point: other methods, labels; frames; the lines of a grid.
+GREY, FRAME, GRID = "#6b7280", "#c9ced6", "#e3e6ea"
+SERIES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+ROBOTS = (GREEN, PURPLE, BLUE, ORANGE, SKY, VERMILION)
+
+# On the screen calls and links are there as well: green and purple first, the rest keeps away from these.
+SCREEN_ROBOTS: tuple[Colour, ...] = (
     (0, 158, 115),
     (186, 85, 150),
     (146, 116, 0),
@@ -20,6 +31,7 @@ ROBOTS: tuple[Colour, ...] = (
 INK: Colour = (45, 48, 56)
 FAINT_INK: Colour = (112, 117, 128)
 PAPER: Colour = (250, 250, 247)
+GROOVE: Colour = (228, 229, 226)
 UNSEEN: Colour = (226, 228, 230)
 SEEN: Colour = (252, 252, 250)
 OBSTACLE: Colour = (150, 154, 160)
@@ -32,8 +44,8 @@ _FAST: Colour = (0, 74, 150)
 
 
 def robot_colour(robot: int) -> Colour:
-    """Colour of a robot; colours repeat where there are many."""
-    return ROBOTS[robot % len(ROBOTS)]
+    """Colour of a robot on the screen; colours repeat where there are many."""
+    return SCREEN_ROBOTS[robot % len(SCREEN_ROBOTS)]
 
 
 @functools.lru_cache(maxsize=256)
