@@ -6,10 +6,9 @@ import zlib
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from io import BytesIO
+from io import BufferedReader, BytesIO
 from math import prod
 from pathlib import Path
-from typing import IO
 from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
@@ -74,7 +73,9 @@ def read_sealed_npz(path: Path, *, max_bytes: int = MAX_BYTES) -> dict[str, np.n
     return _read(BytesIO(read_sealed(path)), path, max_bytes=max_bytes, max_members=MAX_MEMBERS)
 
 
-def _read(file: IO[bytes], path: Path, *, max_bytes: int, max_members: int) -> dict[str, np.ndarray]:
+def _read(
+    file: BufferedReader | BytesIO, path: Path, *, max_bytes: int, max_members: int
+) -> dict[str, np.ndarray]:
     with _blamed(str(path)), ZipFile(file) as archive:
         members = archive.infolist()
         _check_directory(members, str(path), max_bytes=max_bytes, max_members=max_members)

@@ -2,13 +2,15 @@
 
 import tracemalloc
 import zipfile
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from wifipgo.atomic_files import write_sealed
 from wifipgo.errors import BadInputError
-from wifipgo.npz_files import read_npz
+from wifipgo.npz_files import read_npz, read_sealed_npz
 
 ARRAYS = {
     "mean": np.linspace(0.0, 1.0, 7),
@@ -127,3 +129,13 @@ def test_a_bomb_is_refused_while_it_is_packed(tmp_path: Path) -> None:
         read_npz(path, max_bytes=1 << 25)
     assert tracemalloc.get_traced_memory()[1] < 1_000_000
     tracemalloc.stop()
+
+
+def test_a_sealed_archive_is_read_like_any(tmp_path: Path) -> None:
+    np.savez(buffer := BytesIO(), allow_pickle=False, **ARRAYS)
+    write_sealed(tmp_path / "a.npz", buffer.getvalue())
+    found = read_sealed_npz(tmp_path / "a.npz")
+    assert found.keys() == ARRAYS.keys()
+    assert all(np.array_equal(found[name], array) for name, array in ARRAYS.items())
+    with pytest.raises(BadInputError, match="size of its arrays in bytes"):
+        read_sealed_npz(tmp_path / "a.npz", max_bytes=10)
