@@ -106,10 +106,8 @@ def figures(agreement: Agreement) -> dict[str, Any]:
     }
 
 
-def show(report: Mapping[str, Mapping[str, Any]], console: Console) -> None:
-    """Print a line per file and the total."""
-    if not console.is_terminal:
-        console.width = WIDTH_CHARACTERS
+def _empty_table() -> Table:
+    """Columns and what is asked for."""
     limits = ", ".join(
         f"{label} {limit:g} {unit}"
         for label, limit, unit in zip(LABELS, TOLERANCES.values(), UNITS, strict=True)
@@ -128,6 +126,14 @@ def show(report: Mapping[str, Mapping[str, Any]], console: Console) -> None:
         table.add_column(column, justify="right", no_wrap=True)
     for column in ("rx\ndeg", "tx\ndeg", "delay\nns", "gain\ndB", "phase\ndeg", "95 %\ndeg", ""):
         table.add_column(column, justify="right", no_wrap=True)
+    return table
+
+
+def show(report: Mapping[str, Mapping[str, Any]], console: Console) -> None:
+    """Print a line per file and the total."""
+    if not console.is_terminal:
+        console.width = WIDTH_CHARACTERS
+    table = _empty_table()
     for name, row in report.items():
         if name == "total":
             table.add_section()

@@ -1,7 +1,6 @@
 """The ParallelEnv: dicts and arrays, the clock, the agents. Everything else is below."""
 
 from collections.abc import Mapping
-from functools import partial
 from os import PathLike
 from typing import Any
 
@@ -18,7 +17,7 @@ from envs._infos import infos
 from envs._observation import layout, observe
 from envs._reward import REWARDS, Outcome
 from envs._snapshot import FORMAT, EpisodeSnapshot, blocks_of, check_snapshot
-from envs._spaces import by_agent, space_of
+from envs._spaces import by_agent, spaces_of
 from envs._state import state, state_space
 from envs.directions import N_CHOICES
 from envs.render.config import DEFAULT_HEIGHT_PX, RENDER_MODES, RenderConfig, check_render_mode
@@ -66,6 +65,9 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         "render_fps": 5,
     }
 
+    _np_random: np.random.Generator | None = None
+    _episode: Episode | None = None
+
     def __init__(
         self,
         scenario: str | PathLike[str] | Scenario = "paper-hw-2",
@@ -106,13 +108,10 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         self.agents: list[str] = []
         self._as_dict, self._reward = observation == "dict", pick(REWARDS, reward, "reward")
         self._form, self._terminates = pick(ACTION_FORMS, actions, "form of actions"), terminate_at_end
-        n_choices = N_CHOICES if self._form.masks else 0
-        make = partial(space_of, self.layout, as_dict=self._as_dict, n_choices=n_choices)
-        self.observation_spaces = {a: make() for a in self.possible_agents}
-        self.action_spaces: dict[str, Any] = {a: self._form.space() for a in self.possible_agents}
+        choices, agents = N_CHOICES if self._form.masks else 0, self.possible_agents
+        self.observation_spaces = spaces_of(agents, self.layout, as_dict=self._as_dict, n_choices=choices)
+        self.action_spaces: dict[str, Any] = {agent: self._form.space() for agent in agents}
         self.state_space = state_space(self.scenario.n_robots)
-        self._np_random: np.random.Generator | None = None
-        self._episode: Episode | None = None
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The same object for an agent each time."""

@@ -12,7 +12,6 @@ from support.project_files import FLOORS, ROOT, nodes, python_files, syntax
 SHIPPED = (*FLOORS, "benchmarks", "examples")
 ALL = (*SHIPPED, "tests")
 MAX_FILE_LINES = 300
-MAX_BODY_LINES = 40  # the aim is 8 in the median and 30 at most
 NAMELESS_ROOMS = {"utils", "util", "common", "helpers", "helper", "core", "misc"}
 NAMELESS_ANGLES = {"theta", "phi", "thetas", "phis"}
 SEEDED = {"Generator", "BitGenerator", "PCG64", "Philox", "SeedSequence", "default_rng"}
@@ -24,12 +23,6 @@ INDEX = re.compile(r"\bpy(?:pi|thonhosted)\.(?:org|io)\b|--(?:(?:extra-)?index-u
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 Documented = Function | ast.ClassDef
-
-
-def body_lines(function: Function) -> int:
-    """Lines from the first statement after the docstring to the last."""
-    body = function.body[1:] if ast.get_docstring(function) is not None else function.body
-    return (function.end_lineno or 0) - body[0].lineno + 1 if body else 0
 
 
 def public(body: list[ast.stmt]) -> Iterator[Documented]:
@@ -83,18 +76,10 @@ def offenders(rule: Callable[[Path], Iterable[object]], *folders: str) -> dict[s
     return {name: things for name, things in found.items() if things}
 
 
-def test_files_are_short() -> None:
-    lines = {name: path.read_text("utf-8").count("\n") for name, path in python_files(*ALL).items()}
+def test_files_of_tests_are_short() -> None:
+    """Sizes of all else are in `house.test_sizes`."""
+    lines = {name: path.read_text("utf-8").count("\n") for name, path in python_files("tests").items()}
     assert not {name: count for name, count in lines.items() if count > MAX_FILE_LINES}
-
-
-def test_functions_are_short() -> None:
-    def too_long(path: Path) -> Iterator[str]:
-        for node in nodes(path):
-            if isinstance(node, Function) and body_lines(node) > MAX_BODY_LINES:
-                yield f"{node.name}: {body_lines(node)} lines"
-
-    assert not offenders(too_long, *SHIPPED)
 
 
 def test_public_names_are_documented() -> None:

@@ -108,14 +108,7 @@ def pose_graph(
             it began, a number is not finite, a quaternion has no length one, an information
             matrix is not symmetric and positive definite, or a weight is outside [0, 1].
     """
-    require(poses.shape[1] in FREEDOM, "poses", "rows of 3 (plane) or 7 (space) numbers", poses.shape[1])
-    freedom = FREEDOM[poses.shape[1]]
-    require(
-        information.shape[1:] == (freedom, freedom),
-        "information",
-        f"{freedom} x {freedom}",
-        information.shape,
-    )
+    _check_shapes(poses, information)
     weights = np.array(np.broadcast_to(np.asarray(weight, dtype=np.float64), (len(tail),)))
     _check_numbers(poses, z, information, weights)
     order = np.lexsort((index, robot))
@@ -140,6 +133,14 @@ def pose_graph(
         information=information[first],
         weight=weights[first],
     )
+
+
+def _check_shapes(poses: np.ndarray, information: np.ndarray) -> None:
+    """Refuse poses that are of neither plane nor space, and matrices of another freedom than theirs."""
+    require(poses.shape[1] in FREEDOM, "poses", "rows of 3 (plane) or 7 (space) numbers", poses.shape[1])
+    freedom = FREEDOM[poses.shape[1]]
+    rule = f"{freedom} x {freedom}"
+    require(information.shape[1:] == (freedom, freedom), "information", rule, information.shape)
 
 
 def rows_of(

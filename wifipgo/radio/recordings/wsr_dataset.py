@@ -117,27 +117,33 @@ def _run_links(folder: Path, stamp: str, about: Any) -> Iterator[Link]:
     for path in some_files(folder, f"csi_tx*_{stamp}.dat"):
         name = path.stem.removeprefix("csi_").removesuffix(f"_{stamp}")
         away_m = surveyed_m(targets, name, truth) - motion.position_m.mean(axis=0)
-        answered = _host_stamped(path)
-        forward, reverse = pair(
-            received, answered, transmitter_mac=pick(macs, name, "transmitter"), receiver_mac=macs["rx"]
-        )
-        time_s = received.time_s[forward]
-        ends = {received_path: received, path: answered}
-        moving = _while_moving(time_s, motion, ends)
-        kept = moving & received.heard[forward, 0] & answered.heard[reverse, 0]
-        check_enough(kept, moving, f"{received_path}: antenna A, and that of {name},")
+        ends = {received_path: received, path: _host_stamped(path)}
+        forward, reverse, n_left_out = _heard(ends, motion, macs, name)
         yield Link(
             set_name=folder.name,
             place=str(place),
             stamp=stamp,
             transmitter=name,
-            forward=received.csi[forward[kept], :, 0, 0],
-            reverse=answered.csi[reverse[kept], :, 0, 0],
-            displacement_m=_displacement(time_s[kept], motion),
+            forward=received.csi[forward, :, 0, 0],
+            reverse=ends[path].csi[reverse, :, 0, 0],
+            displacement_m=_displacement(received.time_s[forward], motion),
             wavelength_m=wavelength_m(channel),
             truth_rad=float(np.arctan2(away_m[1], away_m[0])),
-            n_left_out=int(np.count_nonzero(moving & ~kept)),
+            n_left_out=n_left_out,
         )
+
+
+def _heard(
+    ends: dict[Path, CsiLog], motion: Motion, macs: dict[str, str], transmitter: str
+) -> tuple[Int[np.ndarray, " packets"], Int[np.ndarray, " packets"], int]:
+    """Records of both ends whose antenna A heard the packet during the motion, and how many are left out."""
+    (path, received), (_, answered) = ends.items()
+    mac = pick(macs, transmitter, "transmitter")
+    forward, reverse = pair(received, answered, transmitter_mac=mac, receiver_mac=macs["rx"])
+    moving = _while_moving(received.time_s[forward], motion, ends)
+    kept = moving & received.heard[forward, 0] & answered.heard[reverse, 0]
+    check_enough(kept, moving, f"{path}: antenna A, and that of {transmitter},")
+    return forward[kept], reverse[kept], int(np.count_nonzero(moving & ~kept))
 
 
 def _macs(folder: Path) -> dict[str, str]:
