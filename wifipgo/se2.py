@@ -1,11 +1,17 @@
 """Planar rigid transforms as arrays of ``(x_m, y_m, yaw_rad)`` rows.
 
 ``T_a_b`` maps coordinates in frame b to coordinates in frame a, so neighbouring
-letters cancel: ``T_world_j = compose(T_world_i, T_i_j)``.
+letters cancel: ``T_world_j = compose(T_world_i, T_i_j)``. Tangent vectors are ``(x_m, y_m, yaw_rad)``
+too, and every Jacobian of the group is here: the plane is that of complex numbers, in which the left
+Jacobian of `exp` and its inverse are factors on a position.
 """
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
+
+_TINY = 1e-300  # stands in for zero where a sine is divided by its angle
+_IDENTITY = np.eye(3)
+_SMALL_RAD = 5e-5  # of half a turn: below, a series serves
 
 
 def wrap_angle(angle_rad: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
@@ -69,3 +75,66 @@ def apply(T_a_b: Float[np.ndarray, "... 3"], p_b_m: Float[np.ndarray, "... 2"]) 
     """Coordinates in a of points given in b, m."""
     x_m, y_m = _turned(T_a_b[..., 2], p_b_m[..., 0], p_b_m[..., 1])
     return _rows(T_a_b[..., 0] + x_m, T_a_b[..., 1] + y_m)
+
+
+def exp(twist: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3"]:
+    """Transform of a tangent vector: the way there is an arc."""
+    p_m = left_jacobian_times(twist[..., 2], twist[..., 0] + 1j * twist[..., 1])
+    return _rows(p_m.real, p_m.imag, wrap_angle(twist[..., 2]))
+
+
+def log(T_a_b: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3"]:
+    """Tangent vector of a transform, inverse of `exp` for turns below pi."""
+    yaw_rad = wrap_angle(T_a_b[..., 2])
+    rho = inverse_left_jacobian(yaw_rad) * (T_a_b[..., 0] + 1j * T_a_b[..., 1])
+    return _rows(rho.real, rho.imag, yaw_rad)
+
+
+def left_jacobian_times(
+    yaw_rad: Float[np.ndarray, "*n"], rho_m: Complex[np.ndarray, "*n"]
+) -> Complex[np.ndarray, "*n"]:
+    """Left Jacobian of `exp` on positions x + iy: ``sin(h) / h exp(i h)`` with h half the turn."""
+    half = np.asarray(0.5 * yaw_rad)
+    half = np.where(half == 0.0, _TINY, half)
+    return rho_m * np.exp(1j * half) * (np.sin(half) / half)
+
+
+def inverse_left_jacobian(yaw_rad: Float[np.ndarray, "*n"]) -> Complex[np.ndarray, "*n"]:
+    """Inverse left Jacobian on positions x + iy: ``h cot(h) - i h`` with h half the turn."""
+    half = np.asarray(0.5 * yaw_rad)
+    half = np.where(half == 0.0, _TINY, half)
+    return half / np.tan(half) - 1j * half
+
+
+def inverse_left_jacobian_slope(inverse: Complex[np.ndarray, "*n"]) -> Complex[np.ndarray, "*n"]:
+    """Derivative of `inverse_left_jacobian` by the turn, where it is known itself."""
+    cot, half = inverse.real, -inverse.imag  # of half the turn: times its cotangent, and itself
+    slope = (cot * (1.0 - cot) - half * half) / (2.0 * half)
+    return np.where(np.abs(half) < _SMALL_RAD, half / -3.0, slope) - 0.5j
+
+
+def adjoint(T_a_b: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3 3"]:
+    """Adjoint: tangent vectors, translation first, of frame b as those of frame a."""
+    out = np.zeros((*T_a_b.shape[:-1], 3, 3))
+    c, s = np.cos(T_a_b[..., 2]), np.sin(T_a_b[..., 2])
+    out[..., 0, 0], out[..., 0, 1], out[..., 0, 2] = c, -s, T_a_b[..., 1]
+    out[..., 1, 0], out[..., 1, 1], out[..., 1, 2] = s, c, -T_a_b[..., 0]
+    out[..., 2, 2] = 1.0
+    return out
+
+
+def offset_jacobian(d_m: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 3 3"]:
+    """Matrix that carries an error of a pose, in the axes of its world, to a point ``d_m`` away fixed to it.
+
+    The adjoint of the translation back by ``d_m``.
+    """
+    out = np.empty((*d_m.shape[:-1], 3, 3))
+    out[...] = _IDENTITY
+    out[..., 0, 2], out[..., 1, 2] = -d_m[..., 1], d_m[..., 0]
+    return out
+
+
+def rotation_matrix(yaw_rad: Float[np.ndarray, "..."]) -> Float[np.ndarray, "... 2 2"]:
+    """Rotation matrices."""
+    c, s = np.cos(yaw_rad), np.sin(yaw_rad)
+    return np.stack([c, -s, s, c], axis=-1).reshape(*c.shape, 2, 2)

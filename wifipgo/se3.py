@@ -74,15 +74,22 @@ def exp(twist: Float[np.ndarray, "... 6"]) -> Float[np.ndarray, "... 7"]:
     """Transform of a tangent vector ``(rho_m, omega_rad)``: rotation by omega, translation V(omega) rho."""
     omega = twist[..., 3:]
     q = Rotation.from_rotvec(omega.reshape(-1, 3)).as_quat().reshape(*twist.shape[:-1], 4)
-    p_m = (_left_jacobian(omega) @ twist[..., :3, None])[..., 0]
+    p_m = (left_jacobian(omega) @ twist[..., :3, None])[..., 0]
     return np.concatenate([p_m, unit_quaternion(q)], axis=-1)
 
 
 def log(T_a_b: Float[np.ndarray, "... 7"]) -> Float[np.ndarray, "... 6"]:
     """Tangent vector of a transform, inverse of `exp` for rotations below pi."""
     omega = Rotation.from_quat(T_a_b[..., 3:].reshape(-1, 4)).as_rotvec().reshape(*T_a_b.shape[:-1], 3)
-    rho = np.linalg.solve(_left_jacobian(omega), T_a_b[..., :3, None])[..., 0]
+    rho = np.linalg.solve(left_jacobian(omega), T_a_b[..., :3, None])[..., 0]
     return np.concatenate([rho, omega], axis=-1)
+
+
+def adjoint(T_a_b: Float[np.ndarray, "... 7"]) -> Float[np.ndarray, "... 6 6"]:
+    """Adjoint: tangent vectors, translation first, of frame b as those of frame a."""
+    R = rotation_matrix(T_a_b[..., 3:])
+    above = np.concatenate([R, cross_matrix(T_a_b[..., :3]) @ R], axis=-1)
+    return np.concatenate([above, np.concatenate([np.zeros_like(R), R], axis=-1)], axis=-2)
 
 
 def lift(T_a_b: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 7"]:
@@ -108,8 +115,11 @@ def cross_matrix(v: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3 3"]:
     return out - np.swapaxes(out, -1, -2)
 
 
-def _left_jacobian(omega: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3 3"]:
-    """V = I + (1 - cos a) / a^2 W + (a - sin a) / a^3 W^2 with W = cross_matrix(omega), a = |omega|."""
+def left_jacobian(omega: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3 3"]:
+    """Left Jacobian of rotations, ``I + (1 - cos a) / a^2 W + (a - sin a) / a^3 W^2``.
+
+    W is ``cross_matrix(omega)`` and a the length of omega.
+    """
     angle = np.linalg.norm(omega, axis=-1)[..., None, None]
     safe = np.maximum(angle, SMALL_RAD)
     first = np.where(angle < SMALL_RAD, 0.5 - angle**2 / 24.0, 2.0 * np.sin(0.5 * safe) ** 2 / safe**2)

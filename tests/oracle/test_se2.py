@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from wifipgo import se2
+from wifipgo import se2, se3
 
 
 def as_matrix(poses: np.ndarray) -> np.ndarray:
@@ -32,3 +32,42 @@ def test_wrap_keeps_direction_and_range() -> None:
     assert wrapped.min() >= -np.pi
     assert wrapped.max() < np.pi
     np.testing.assert_allclose(np.exp(1j * wrapped), np.exp(1j * angles), atol=1e-12)
+
+
+def drawn(seed: int, n: int = 50) -> np.ndarray:
+    """Tangent vectors, some without a turn, some nearly so."""
+    twist = np.random.default_rng(seed).uniform(-1.0, 1.0, (n, 3)) * [3.0, 3.0, 3.1]
+    twist[:3, 2] = 0.0, 1e-12, -1e-7
+    return twist
+
+
+def test_exp_and_log_are_those_of_space() -> None:
+    """The plane is the part of space whose turns are about z."""
+    twist = drawn(0)
+    wide = np.zeros((len(twist), 6))
+    wide[:, [0, 1, 5]] = twist
+    np.testing.assert_allclose(se2.exp(twist), se3.project(se3.exp(wide)), atol=1e-12)
+    np.testing.assert_allclose(se2.log(se2.exp(twist)), twist, atol=1e-9)
+
+
+def test_the_adjoint_moves_a_small_motion_past_a_transform() -> None:
+    """``T exp(x) = exp(Ad x) T``, whatever x is."""
+    T, x = se2.exp(drawn(1)), 0.3 * drawn(2)
+    moved = (se2.adjoint(T) @ x[..., None])[..., 0]
+    left, right = se2.compose(T, se2.exp(x)), se2.compose(se2.exp(moved), T)
+    np.testing.assert_allclose(se2.between(left, right), 0.0, atol=1e-12)
+
+
+def test_an_offset_is_the_adjoint_of_going_back() -> None:
+    d_m = drawn(3)[:, :2]
+    back = np.column_stack([-d_m, np.zeros(len(d_m))])
+    np.testing.assert_array_equal(se2.offset_jacobian(d_m), se2.adjoint(back))
+
+
+def test_the_inverse_left_jacobian_undoes_the_left_and_its_slope_is_its_derivative() -> None:
+    yaw_rad = drawn(4)[:, 2]
+    inverse = se2.inverse_left_jacobian(yaw_rad)
+    np.testing.assert_allclose(se2.left_jacobian_times(yaw_rad, inverse), 1.0, atol=1e-12)
+    h = 1e-5
+    slope = (se2.inverse_left_jacobian(yaw_rad + h) - se2.inverse_left_jacobian(yaw_rad - h)) / (2.0 * h)
+    np.testing.assert_allclose(se2.inverse_left_jacobian_slope(inverse), slope, atol=1e-6)

@@ -58,3 +58,12 @@ def test_the_plane_is_a_subgroup(planar: np.ndarray) -> None:
     a, b = planar[:1], planar[1:]
     close(se3.compose(se3.lift(a), se3.lift(b)), se3.lift(se2.compose(a, b)))
     np.testing.assert_allclose(se3.project(se3.lift(planar)), planar, atol=1e-9)
+
+
+def test_the_adjoint_moves_a_small_motion_past_a_transform() -> None:
+    """``T exp(x) = exp(Ad x) T``, whatever x is."""
+    rng = np.random.default_rng(0)
+    T, x = se3.exp(rng.uniform(-1.0, 1.0, (20, 6))), rng.uniform(-0.5, 0.5, (20, 6))
+    moved = (se3.adjoint(T) @ x[..., None])[..., 0]
+    left, right = se3.compose(T, se3.exp(x)), se3.compose(se3.exp(moved), T)
+    np.testing.assert_allclose(left, right, atol=1e-12)

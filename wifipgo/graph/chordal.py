@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
-from wifipgo import se3
+from wifipgo import se2, se3
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.subgraphs import held
@@ -77,7 +77,7 @@ def matrices(rows: Float[np.ndarray, "n dims"]) -> Poses:
     """Rotation matrices and positions of pose rows."""
     if rows.shape[1] == 7:
         return Poses(se3.rotation_matrix(rows[:, 3:]), rows[:, :3])
-    return Poses(_turn(rows[:, 2:]), rows[:, :2])
+    return Poses(se2.rotation_matrix(rows[:, 2]), rows[:, :2])
 
 
 def pose_rows(poses: Poses) -> Float[np.ndarray, "n dims"]:
@@ -154,7 +154,10 @@ def moved(R: Float[np.ndarray, "n d d"], x: Float[np.ndarray, "n k"]) -> Poses:
     """Poses of the unknowns of `pose_normal`: R exp(delta) and t."""
     d = R.shape[-1]
     delta = x[:, :-d]
-    turn = _turn(delta) if d == 2 else se3.rotation_matrix(se3.exp(np.pad(delta, ((0, 0), (3, 0))))[:, 3:])
+    if d == 2:
+        turn = se2.rotation_matrix(delta[:, 0])
+    else:
+        turn = se3.rotation_matrix(se3.exp(np.pad(delta, ((0, 0), (3, 0))))[:, 3:])
     return Poses(R @ turn, x[:, -d:])
 
 
@@ -230,9 +233,3 @@ def block_matrix(
 
 def _times(R: Float[np.ndarray, "n d d"], v: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "n d"]:
     return np.einsum("eab,eb->ea", R, v)
-
-
-def _turn(yaw_rad: Float[np.ndarray, "n 1"]) -> Float[np.ndarray, "n 2 2"]:
-    """Rotation matrices in the plane."""
-    c, s = np.cos(yaw_rad[:, 0]), np.sin(yaw_rad[:, 0])
-    return np.stack([c, -s, s, c], axis=-1).reshape(-1, 2, 2)

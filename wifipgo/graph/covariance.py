@@ -1,8 +1,7 @@
 """How far each robot may be from where it believes it is: covariances of its poses.
 
 Covariances are over ``(x_m, y_m, yaw_rad)`` along the axes of the world. An error in yaw moves
-all that lies beyond it, so between two poses that are ``d_m`` apart stands the lever
-``J = [[1, 0, -d_y], [0, 1, d_x], [0, 0, 1]]``. Everything here is what robots can compute.
+all that lies beyond it: `wifipgo.se2.offset_jacobian`. Everything here is what robots can compute.
 """
 
 import numpy as np
@@ -10,17 +9,9 @@ from jaxtyping import Float, Int
 
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.graph.edges import Edges
+from wifipgo.se2 import adjoint, offset_jacobian
 
 Covariances = Float[np.ndarray, "... 3 3"]
-_IDENTITY = np.eye(3)
-
-
-def offset_jacobian(d_m: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 3 3"]:
-    """Matrix that carries an error of a pose to a point ``d_m`` away that is fixed to it."""
-    out = np.empty((*d_m.shape[:-1], 3, 3))
-    out[...] = _IDENTITY
-    out[..., 0, 2], out[..., 1, 2] = -d_m[..., 1], d_m[..., 0]
-    return out
 
 
 @harmless_underflow
@@ -37,10 +28,7 @@ def in_world_axes(
     own_axes: Float[np.ndarray, "poses 3 3"], yaw_rad: Float[np.ndarray, " poses"]
 ) -> Float[np.ndarray, "poses 3 3"]:
     """Covariances of poses that were given in the axes of each pose, as gtsam has them."""
-    turn = np.zeros((len(yaw_rad), 3, 3))
-    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(yaw_rad)
-    turn[:, 1, 0] = np.sin(yaw_rad)
-    turn[:, 0, 1], turn[:, 2, 2] = -turn[:, 1, 0], 1.0
+    turn = adjoint(np.stack([np.zeros_like(yaw_rad), np.zeros_like(yaw_rad), yaw_rad], axis=-1))
     return turn @ own_axes @ turn.transpose(0, 2, 1)
 
 

@@ -98,7 +98,7 @@ def told_tails(
         tail, m, that comes with an error of one rad of the heading.
     """
     variance = edges.sigma**2 / edges.weight[:, None] + told_sigma**2
-    shift = np.stack([edges.z[:, 1], -edges.z[:, 0]], axis=-1)
+    shift = se2.adjoint(edges.z)[:, :2, 2]
     T_world_tail = edges.reported_pose.copy()
     T_world_tail[:, 2] = se2.wrap_angle(edges.reported_pose[:, 2] - edges.z[:, 2])
     T_world_tail[:, :2] -= se2.rotate(T_world_tail[:, 2], edges.z[:, :2])
