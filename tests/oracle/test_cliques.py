@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from wifipgo import se2
-from wifipgo.graph.consistency import consistent
 from wifipgo.graph.edges import Edges
 from wifipgo.graph.outliers.cliques import largest_clique
-from wifipgo.graph.outliers.pcm import consistent_sets
+from wifipgo.graph.outliers.pcm import consistent, consistent_sets
 from wifipgo.graph.posegraph import PoseGraph, pose_graph
 
 

@@ -11,7 +11,6 @@ from scipy.special import chdtr, ndtr
 from baselines.reproduce.encounters import Encounter, EncounterConfig, simulate_encounter
 from wifipgo.errors import UnknownNameError
 from wifipgo.graph.bearings import Bearings, bearing_residuals, heard_along, select_bearings
-from wifipgo.graph.consistency import consistent
 from wifipgo.graph.edges import Edges, extended, select
 from wifipgo.graph.losses import HUBER_KNEE, geman_mcclure_weight
 from wifipgo.graph.metrics import ate_trans
@@ -23,6 +22,7 @@ from wifipgo.graph.outliers.aoa_weights import (
     range_aware_weights,
 )
 from wifipgo.graph.outliers.methods import OUTLIER_METHODS, solve_robust
+from wifipgo.graph.outliers.pcm import consistent
 from wifipgo.graph.solvers import UNKNOWN_START, solve
 from wifipgo.graph.solvers._losses import geman_mcclure, huber, weight_at_huber_loss
 

@@ -5,10 +5,9 @@ import pytest
 from scipy import stats
 
 from baselines.reproduce.encounters import EncounterConfig, simulate_encounter
-from wifipgo.graph.consistency import _chains, loop_chi2
-from wifipgo.graph.edges import select
 from wifipgo.graph.metrics import ate_rot, ate_trans
 from wifipgo.graph.outliers.methods import solve_robust
+from wifipgo.graph.outliers.pcm import chain_odometry, pair_chi2, team_graph
 
 N_TRIALS = 20
 
@@ -39,9 +38,9 @@ def test_the_error_of_a_good_loop_is_chi_square() -> None:
     drawn = []
     for seed in range(80):
         e = simulate_encounter(cfg, rng=np.random.default_rng(seed))
-        seen = select(e.edges, e.edges.between_robots)
-        two = select(seen, np.array([1, 6]))
-        drawn.append(loop_chi2(two, _chains(e.edges, 2), np.array([0, 1]))[0, 1])
+        graph = team_graph(e.edges, np.arange(len(e.edges)), 2)
+        two = np.flatnonzero(graph.between_robots)[[1, 6]]
+        drawn.append(pair_chi2(graph, chain_odometry(graph), two)[0, 1])
     assert stats.kstest(np.array(drawn) / cfg.noise**2, stats.chi2(3).cdf).pvalue > 0.01
 
 

@@ -7,8 +7,6 @@ from wifipgo import se2, se3
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.graph.posegraph import PoseGraph
 
-PLANAR = [0, 1, 5]  # places of (x, y, yaw) in a tangent vector of space
-
 
 @harmless_underflow
 def tangent_errors(
@@ -27,7 +25,7 @@ def tangent_difference(
 ) -> Float[np.ndarray, "n freedom"]:
     """``Log(T_a_b^-1 T_a_c)``: how far c is from b, in b's frame."""
     if T_a_b.shape[1] == 3:
-        return se3.log(se3.lift(se2.between(T_a_b, T_a_c)))[:, PLANAR]
+        return se2.log(se2.between(T_a_b, T_a_c))
     return se3.log(se3.between(T_a_b, T_a_c))
 
 

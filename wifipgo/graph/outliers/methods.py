@@ -16,7 +16,6 @@ from jaxtyping import Bool, Float
 
 from wifipgo.errors import pick
 from wifipgo.graph.bearings import Bearings, heard_along
-from wifipgo.graph.consistency import consistent
 from wifipgo.graph.edges import Edges, select
 from wifipgo.graph.losses import LOSSES
 from wifipgo.graph.outliers.aoa_weights import (
@@ -26,6 +25,7 @@ from wifipgo.graph.outliers.aoa_weights import (
     paper_weights,
     range_aware_weights,
 )
+from wifipgo.graph.outliers.pcm import consistent
 from wifipgo.graph.solvers import KNOWN_START, Downweighted, Report, solve
 from wifipgo.se2 import wrap_angle
 
