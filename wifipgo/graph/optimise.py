@@ -21,6 +21,7 @@ from wifipgo.command_line import exit_code, printable, say
 from wifipgo.docstrings import documented
 from wifipgo.errors import DoubtfulError, require
 from wifipgo.folder_lock import held
+from wifipgo.graph.accuracy import aligned, rmse_rot, rmse_trans
 from wifipgo.graph.chordal import chordal_cost, links, matrices
 from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport
 from wifipgo.graph.distributed.robust import solve_reweighted
@@ -140,6 +141,7 @@ def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) ->
     part = components(graph)
     edges = links(graph)
     kept = graph.with_weight(graph.weight * outcome.weight)
+    moved = aligned(outcome.poses, graph.poses)
     return {
         "backend": backend,
         "robust": robust,
@@ -154,6 +156,8 @@ def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) ->
         "error after, weighed": 0.5 * float(chi_squares(kept, outcome.poses).sum()),
         "chordal cost before": chordal_cost(matrices(graph.poses), edges),
         "chordal cost after": chordal_cost(matrices(outcome.poses), edges),
+        "moved in shape, RMS m": float(rmse_trans(moved, graph.poses)[0]),
+        "moved in shape, RMS deg": float(np.rad2deg(rmse_rot(moved, graph.poses)[0])),
         "edges weighed down": int((outcome.weight < FULL_WEIGHT).sum()),
         STEPS[backend]: sum(outcome.steps),
         "bytes sent": outcome.bytes_sent,
