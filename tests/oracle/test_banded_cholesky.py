@@ -79,7 +79,7 @@ def test_the_way_down_is_that_of_gtsam(
     poses, edges = walked(seed)
     problem = problem_of(poses, edges, robots, third_party, start_sigma)
     theirs = least_squares(build(problem, edges, huber=False), as_values(problem.start))
-    ours = banded.lowest(problem, edges)
+    ours = banded.banded_optimum(problem, edges)
     assert ours is not None
     assert ours.iterations == theirs.iterations
     np.testing.assert_allclose([ours.before, ours.after], [theirs.before, theirs.after], rtol=1e-9)
@@ -110,7 +110,7 @@ def test_residuals_and_slopes_are_those_of_gtsam(turn_rad: float) -> None:
     problem, edges = off_by(turn_rad)
     graph, values = build(problem, edges, huber=False), as_values(problem.start)
     sq, start = squares(problem, edges)
-    at = banded.seen(sq, start)
+    at = banded.linearised(sq, start)
     slope = banded.slopes(sq, at)
     order = gtsam.Ordering()
     for key in sq.order.tolist():
@@ -136,12 +136,12 @@ def test_slopes_are_those_of_finite_differences(turn_rad: float) -> None:
         p_m, yaw_rad = start.p_m.copy(), start.yaw_rad.copy()
         p_m[:2] += move[::3] + 1j * move[1::3]
         yaw_rad[:2] += move[2::3]
-        at = banded.seen(sq, Poses(p_m, yaw_rad))
+        at = banded.linearised(sq, Poses(p_m, yaw_rad))
         rows = np.stack([at.off_m.real, at.off_m.imag, at.away_rad])
         return (rows * np.sqrt(sq.information[[0, 0, 1]])).ravel()
 
     jacobian = np.stack([residuals(h) - residuals(-h) for h in 1e-6 * np.eye(6)], axis=1) / 2e-6
-    at = banded.seen(sq, start)
+    at = banded.linearised(sq, start)
     slope = banded.slopes(sq, at)
     found = dense(banded.normal_equations(sq, at, slope))
     np.testing.assert_allclose(found, jacobian.T @ jacobian, rtol=1e-7, atol=1e-5)
@@ -155,7 +155,7 @@ def test_poses_that_nothing_holds_are_left_to_gtsam() -> None:
     alone = select(edges, (edges.tail[:, 0] == 0) & (edges.head[:, 0] == 0))
     last = alone.tail[:, 1] >= 10, alone.head[:, 1] >= 10
     loose = select(alone, last[0] == last[1])
-    assert banded.lowest(problem_of(poses, loose, [0]), loose) is None
+    assert banded.banded_optimum(problem_of(poses, loose, [0]), loose) is None
     solved, _ = solve(poses, loose, robots=[0])
     assert np.isfinite(solved).all()
 

@@ -1,4 +1,4 @@
-"""Gauss-Newton on squares in the plane whose normal equations are a narrow band.
+"""Banded Cholesky: Gauss-Newton in the plane on normal equations that are a narrow band.
 
 Residuals are gtsam's, the logarithms of ``z^-1 T_tail_head``, and so are the steps: both ways go through the
 same poses, but for the digits that gtsam 4.3 loses in the slopes of logarithms of turns below 1e-3 rad. Its
@@ -17,26 +17,24 @@ from wifipgo.graph.edges import Edges
 from wifipgo.graph.solvers._gauss_newton import SingularError, descend
 from wifipgo.graph.solvers._linearised import Poses, Squares, squares
 from wifipgo.graph.solvers._problem import Problem
-from wifipgo.se2 import wrap_angle
+from wifipgo.se2 import inverse_left_jacobian, inverse_left_jacobian_slope, left_jacobian_times, wrap_angle
 
 WIDEST = 4e7  # unknowns times squared width: beyond, gtsam's order of elimination is faster
 MOST_POSES = 1000  # more are never narrow enough
 _PIVOT = 1e-13  # least share of a diagonal that elimination leaves: less is rounding
-_SMALL_RAD = 5e-5  # of half a heading off: below, a series serves
-_TINY = 1e-300  # stands in for zero where a sine is divided by its angle
 
 
-class Seen(NamedTuple):
-    """Poses, and how far off the measurements are there.
+class Linearisation(NamedTuple):
+    """Measurements about some poses: residuals, and what their Jacobians are made of.
 
     Attributes:
-        poses: Lined up as in the squares.
+        poses: In elimination order.
         error: Half the chi-square.
         toward: From axes of the world into measured axes of each head.
         apart_m: From tail to head.
         away_m: Where the head is off its measured place.
         away_rad: Heading off the measured one.
-        bend: What the logarithm makes of ``away_m``, as a factor: the way there is an arc.
+        inverse_jacobian: Inverse left Jacobian of the turn that is off, a factor on ``away_m``.
         off_m: Residual of the position.
     """
 
@@ -46,7 +44,7 @@ class Seen(NamedTuple):
     apart_m: Complex[np.ndarray, " rows"]
     away_m: Complex[np.ndarray, " rows"]
     away_rad: Float[np.ndarray, " rows"]
-    bend: Complex[np.ndarray, " rows"]
+    inverse_jacobian: Complex[np.ndarray, " rows"]
     off_m: Complex[np.ndarray, " rows"]
 
 
@@ -71,11 +69,11 @@ class Factors(NamedTuple):
     yaw_rad: Float[np.ndarray, " poses"]
 
 
-class Lowest(NamedTuple):
+class BandedOptimum(NamedTuple):
     """Where a search ended, how many steps it took, and half the chi-square before and after."""
 
     squares: Squares
-    at: Seen
+    at: Linearisation
     iterations: int
     before: float
     settled: bool = True
@@ -95,47 +93,42 @@ class Lowest(NamedTuple):
         return covariances(self.squares, self.at, rows)
 
 
-def begun(problem: Problem, edges: Edges) -> tuple[Squares, Seen] | None:
+def linearised_start(problem: Problem, edges: Edges) -> tuple[Squares, Linearisation] | None:
     """A problem where its search starts; nothing where the band is too wide to be fast."""
     if len(problem.start) > MOST_POSES:
         return None
     sq, poses = squares(problem, edges)
-    return (sq, seen(sq, poses)) if 3.0 * len(sq.order) * sq.below**2 <= WIDEST else None
+    return (sq, linearised(sq, poses)) if 3.0 * len(sq.order) * sq.below**2 <= WIDEST else None
 
 
-def lowest(problem: Problem, edges: Edges) -> Lowest | None:
+def banded_optimum(problem: Problem, edges: Edges) -> BandedOptimum | None:
     """Least squares; nothing where the band is too wide, or where Gauss-Newton does not come down."""
-    begin = begun(problem, edges)
+    begin = linearised_start(problem, edges)
     if begin is None:
         return None
     sq, start = begin
     at, steps, settled = descend(partial(step, sq), start)
-    return Lowest(sq, at, steps, start.error) if settled else None
+    return BandedOptimum(sq, at, steps, start.error) if settled else None
 
 
-def seen(sq: Squares, poses: Poses) -> Seen:
+def linearised(sq: Squares, poses: Poses) -> Linearisation:
     """How far off the measurements are."""
     p_m, yaw_rad = poses
     toward = np.exp(-1j * yaw_rad)[sq.tail] * sq.turn
     apart_m = p_m[sq.head] - p_m[sq.tail]
     away_m = toward * apart_m - sq.z_m
     away_rad = wrap_angle(yaw_rad[sq.head] - yaw_rad[sq.tail] - sq.z_rad)
-    half = 0.5 * away_rad
-    half[half == 0.0] = _TINY
-    bend = half / np.tan(half) - 1j * half
-    off_m = bend * away_m - sq.shift_m * away_rad
+    inverse_jacobian = inverse_left_jacobian(away_rad)
+    off_m = inverse_jacobian * away_m - sq.shift_m * away_rad
     info_m, info_rad = sq.information
     error = 0.5 * float(np.vdot(off_m, info_m * off_m).real + away_rad @ (info_rad * away_rad))
-    return Seen(poses, error, toward, apart_m, away_m, away_rad, bend, off_m)
+    return Linearisation(poses, error, toward, apart_m, away_m, away_rad, inverse_jacobian, off_m)
 
 
-def slopes(sq: Squares, at: Seen) -> Slopes:
+def slopes(sq: Squares, at: Linearisation) -> Slopes:
     """Derivatives of the residuals."""
-    cot, half = at.bend.real, -at.bend.imag  # of half the turn that is off: times its cotangent, and itself
-    bending = (cot * (1.0 - cot) - half * half) / (2.0 * half)
-    bending = np.where(np.abs(half) < _SMALL_RAD, half / -3.0, bending)
-    by_p = at.bend * at.toward
-    by_head = (bending - 0.5j) * at.away_m - sq.shift_m
+    by_p = at.inverse_jacobian * at.toward
+    by_head = inverse_left_jacobian_slope(at.inverse_jacobian) * at.away_m - sq.shift_m
     return Slopes(by_p, -by_head - 1j * by_p * at.apart_m, by_head)
 
 
@@ -147,12 +140,18 @@ def _dot(a: Complex[np.ndarray, " rows"], b: Complex[np.ndarray, " rows"]) -> Fl
     return a.real * b.real + a.imag * b.imag
 
 
-def normal_equations(sq: Squares, at: Seen, slope: Slopes) -> Float[np.ndarray, "diagonals unknowns"]:
+def normal_equations(
+    sq: Squares, at: Linearisation, slope: Slopes
+) -> Float[np.ndarray, "diagonals unknowns"]:
     """Information of all poses, the diagonal and those below it."""
     info_m, info_rad = sq.information
     n = len(sq.head) - (len(at.poses.p_m) - len(sq.order))  # rows between poses that are solved for
     pull = info_m * slope.by_p.conj()
-    near, tail, head = info_m * _square(at.bend), pull * slope.by_tail, pull[:n] * slope.by_head[:n]
+    near, tail, head = (
+        info_m * _square(at.inverse_jacobian),
+        pull * slope.by_tail,
+        pull[:n] * slope.by_head[:n],
+    )
     tails = [near, near, -tail.real, -tail.imag, info_m * _square(slope.by_tail) + info_rad]
     heads = [head.real, head.imag, info_m[:n] * _square(slope.by_head[:n]) + info_rad[:n]]
     turns = info_m[:n] * _dot(slope.by_tail[:n], slope.by_head[:n]) - info_rad[:n]
@@ -163,7 +162,7 @@ def normal_equations(sq: Squares, at: Seen, slope: Slopes) -> Float[np.ndarray, 
     return flat.reshape(-1, sq.below + 1).T
 
 
-def gradient(sq: Squares, at: Seen, slope: Slopes) -> Float[np.ndarray, " unknowns"]:
+def gradient(sq: Squares, at: Linearisation, slope: Slopes) -> Float[np.ndarray, " unknowns"]:
     """Slope of half the chi-square by each pose: x, y, yaw."""
     pull, turn = sq.information[0] * at.off_m, sq.information[1] * at.away_rad
     force = slope.by_p.conj() * pull
@@ -173,7 +172,7 @@ def gradient(sq: Squares, at: Seen, slope: Slopes) -> Float[np.ndarray, " unknow
     return by_pose[: 3 * len(sq.order)]
 
 
-def factored(sq: Squares, at: Seen, slope: Slopes) -> Factors:
+def factored(sq: Squares, at: Linearisation, slope: Slopes) -> Factors:
     """Cholesky's factors.
 
     Raises:
@@ -187,7 +186,7 @@ def factored(sq: Squares, at: Seen, slope: Slopes) -> Factors:
     return Factors(factors, at.poses.yaw_rad[: len(sq.order)])
 
 
-def step(sq: Squares, at: Seen, factors: Factors | None) -> tuple[Seen, Factors]:
+def step(sq: Squares, at: Linearisation, factors: Factors | None) -> tuple[Linearisation, Factors]:
     """A step by the factors given, or by those of the system itself; each pose goes along an arc.
 
     Factors of a system nearby are taken along with the poses: they hold in the axes of each.
@@ -201,12 +200,10 @@ def step(sq: Squares, at: Seen, factors: Factors | None) -> tuple[Seen, Factors]
     down = lapack.dpbtrs(factors.band, down.ravel(), lower=1, overwrite_b=1)[0].reshape(-1, 3)
     if turned is not None:
         _rotate(down, turned)
-    half = -0.5 * down[:, 2]
-    half[half == 0.0] = _TINY
     p_m, yaw_rad = at.poses.p_m.copy(), at.poses.yaw_rad.copy()
-    p_m[:n] -= (down[:, 0] + 1j * down[:, 1]) * np.exp(1j * half) * (np.sin(half) / half)
-    yaw_rad[:n] += 2.0 * half
-    return seen(sq, Poses(p_m, yaw_rad)), factors
+    p_m[:n] -= left_jacobian_times(-down[:, 2], down[:, 0] + 1j * down[:, 1])
+    yaw_rad[:n] -= down[:, 2]
+    return linearised(sq, Poses(p_m, yaw_rad)), factors
 
 
 def _rotate(rows: Float[np.ndarray, "poses 3"], turn: Complex[np.ndarray, " poses"]) -> None:
@@ -215,7 +212,9 @@ def _rotate(rows: Float[np.ndarray, "poses 3"], turn: Complex[np.ndarray, " pose
     rows[:, 0], rows[:, 1] = xy.real, xy.imag
 
 
-def covariances(sq: Squares, at: Seen, rows: Int[np.ndarray, " some"]) -> Float[np.ndarray, "some 3 3"]:
+def covariances(
+    sq: Squares, at: Linearisation, rows: Int[np.ndarray, " some"]
+) -> Float[np.ndarray, "some 3 3"]:
     """Covariances of some poses, along the axes of the world."""
     place = np.empty(len(sq.order), dtype=np.int64)
     place[sq.order] = np.arange(len(sq.order))

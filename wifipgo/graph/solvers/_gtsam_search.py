@@ -15,7 +15,7 @@ from wifipgo.graph.solvers._gauss_newton import descend
 TOLERANCE = 1e-8  # on the relative and absolute fall of the error: poses within about 0.1 mm of the optimum
 
 
-class Found(NamedTuple):
+class SearchOptimum(NamedTuple):
     """Where a search ended. Errors are gtsam's, half a chi-square; weights are GNC's, one an edge used.
 
     Settled is a search that ended before it had to.
@@ -57,7 +57,7 @@ def as_values(start: Float[np.ndarray, "poses 3"]) -> gtsam.Values:
     return values
 
 
-def optimise(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> Found:
+def optimise(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> SearchOptimum:
     """Run Levenberg-Marquardt."""
     return _damped(graph, values, graph.error(values), 0)
 
@@ -69,7 +69,7 @@ class _At(NamedTuple):
     error: float
 
 
-def least_squares(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> Found:
+def least_squares(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> SearchOptimum:
     """Gauss-Newton while the error falls; Levenberg-Marquardt from the best poses once it does not.
 
     One order of elimination serves all steps.
@@ -79,7 +79,7 @@ def least_squares(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> Fo
     at, steps, settled = descend(partial(_step, graph, ordering), start)
     if not settled:
         return _damped(graph, at.values, start.error, steps)
-    return Found(graph, at.values, steps, start.error, at.error)
+    return SearchOptimum(graph, at.values, steps, start.error, at.error)
 
 
 def _step(
@@ -100,11 +100,15 @@ def _step(
     return _At(values, graph.error(values)), factors
 
 
-def _damped(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, before: float, spent: int) -> Found:
+def _damped(
+    graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, before: float, spent: int
+) -> SearchOptimum:
     """Levenberg-Marquardt after some steps without it."""
     params = parameters(tolerance=TOLERANCE)
     found = searched(graph, values, params)
-    return Found(graph, found.values, spent + found.iterations, before, found.after, settled=found.settled)
+    return SearchOptimum(
+        graph, found.values, spent + found.iterations, before, found.after, settled=found.settled
+    )
 
 
 def truncate(

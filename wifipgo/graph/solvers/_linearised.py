@@ -13,7 +13,7 @@ from wifipgo.graph.solvers._factors import told_tails
 from wifipgo.graph.solvers._problem import Problem
 
 _N_DIRECTIONS = 8
-# Directions to line poses up along: of those tried, the one counts along which measurements reach least far.
+# Directions to order poses along: of those tried, the one counts along which measurements reach least far.
 _DIRECTIONS = np.exp(1j * np.pi / _N_DIRECTIONS * np.arange(_N_DIRECTIONS))
 # Rows and columns of x, y, yaw (0, 1, 2): of the lower half of a pose's block, and of the block that has a
 # head's in its rows and a tail's in its columns. The rest of both is zero.
@@ -22,7 +22,7 @@ _CROSS = np.array([[0, 1, 0, 1, 2, 2, 2], [0, 1, 2, 2, 0, 1, 2]])
 
 
 class Poses(NamedTuple):
-    """Positions and headings, lined up; those that stay where they are come last."""
+    """Positions and headings in elimination order; those that stay where they are come last."""
 
     p_m: Complex[np.ndarray, " all"]
     yaw_rad: Float[np.ndarray, " all"]
@@ -32,14 +32,14 @@ class Squares(NamedTuple):
     """Measurements, one row each; those of poses that stay where they are come last.
 
     Attributes:
-        tail: Pose in whose frame the measurement is, by its place in the line.
+        tail: Pose in whose frame the measurement is, by its place in the elimination order.
         head: Measured pose.
         z_m: Its measured position, in its own measured axes.
         turn: From axes of the tail into measured axes of the head.
         z_rad: Its measured heading.
         shift_m: What comes off the position with an error of one rad of the heading.
         information: Of position, 1 / m^2, and heading, 1 / rad^2.
-        order: Rows of the problem's poses, as they are lined up.
+        order: Rows of the problem's poses, in elimination order.
         below: Diagonals below the main one in which the normal equations are not zero.
         place: Of their entries in that band, column by column.
         slope_place: Of the entries of their right side.
@@ -65,7 +65,7 @@ def squares(problem: Problem, edges: Edges) -> tuple[Squares, Poses]:
     n, n_inner, first = len(problem.start), len(inner), problem.first_key[problem.team]
     stay = np.concatenate([problem.start[first], T_world_tail])
     tail = np.concatenate([problem.tail[:n_inner], first, problem.tail[n_inner:]])
-    order, tail, inner_head, below = _lined_up(problem.start, tail, problem.head)
+    order, tail, inner_head, below = _elimination_order(problem.start, tail, problem.head)
     variance = [inner.sigma**2 / inner.weight[:, None], problem.start_sigma**2, told_variance]
     rest = np.zeros(len(stay))
     turn = np.exp(-1j * np.concatenate([inner.z[:, 2], rest]))
@@ -85,18 +85,18 @@ def squares(problem: Problem, edges: Edges) -> tuple[Squares, Poses]:
             [3 * tail, 3 * tail + 1, 3 * tail + 2, 3 * head, 3 * head + 1, 3 * head + 2]
         ),
     )
-    lined_up = np.concatenate([problem.start[order], stay])
-    return sq, Poses(_complex(lined_up), lined_up[:, 2])
+    ordered = np.concatenate([problem.start[order], stay])
+    return sq, Poses(_complex(ordered), ordered[:, 2])
 
 
 def _complex(xy: Float[np.ndarray, "rows _"]) -> Complex[np.ndarray, " rows"]:
     return xy[:, 0] + 1j * xy[:, 1]
 
 
-def _lined_up(
+def _elimination_order(
     start: Float[np.ndarray, "poses 3"], tail: Int[np.ndarray, " rows"], head: Int[np.ndarray, " inner"]
 ) -> tuple[Int[np.ndarray, " poses"], Int[np.ndarray, " rows"], Int[np.ndarray, " inner"], int]:
-    """Poses along the direction in which measurements reach least far: near in the room, near in the line."""
+    """Order poses along the direction in which measurements reach least far."""
     along = (_complex(start) * _DIRECTIONS[:, None]).real
     orders = along.argsort(axis=1, kind="stable")
     places = orders.argsort(axis=1)

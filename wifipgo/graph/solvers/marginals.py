@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.graph.edges import Edges
-from wifipgo.graph.solvers._banded_cholesky import begun, covariances
+from wifipgo.graph.solvers._banded_cholesky import covariances, linearised_start
 from wifipgo.graph.solvers._elimination import named
 from wifipgo.graph.solvers._gauss_newton import SingularError
 from wifipgo.graph.solvers._gtsam_search import as_values, covariances_of
@@ -56,7 +56,7 @@ def last_pose_covariances(
         told_sigma=told_sigma,
         start_sigma=start_sigma,
     )
-    rows, begin = last_rows(problem, robots), begun(problem, edges)
+    rows, begin = last_rows(problem, robots), linearised_start(problem, edges)
     if begin is not None:
         with suppress(SingularError):  # gtsam says which pose it is
             return covariances(*begin, rows)

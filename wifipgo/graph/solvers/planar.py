@@ -14,10 +14,10 @@ from wifipgo.errors import pick
 from wifipgo.graph.bearings import NEAREST_M, Bearings, bearing_residuals, select_bearings
 from wifipgo.graph.edges import Edges
 from wifipgo.graph.losses import BEARING_C, LOSSES, geman_mcclure_weight
-from wifipgo.graph.solvers._banded_cholesky import Lowest, lowest
+from wifipgo.graph.solvers._banded_cholesky import BandedOptimum, banded_optimum
 from wifipgo.graph.solvers._elimination import named
 from wifipgo.graph.solvers._factors import add_bearings, keys
-from wifipgo.graph.solvers._gtsam_search import Found, as_values, least_squares, optimise, truncate
+from wifipgo.graph.solvers._gtsam_search import SearchOptimum, as_values, least_squares, optimise, truncate
 from wifipgo.graph.solvers._losses import weight_at_huber_loss
 from wifipgo.graph.solvers._problem import (
     ANCHOR_SIGMA,
@@ -40,6 +40,8 @@ INITIAL: Mapping[str, str] = MappingProxyType(
         "best": "the lower of the two optima",
     }
 )
+Optimum = SearchOptimum | BandedOptimum
+
 SAME_OPTIMUM = 1e-4  # of a chi-square: two searches that differ by less have found the same minimum
 LEAST_WEIGHT = 1e-8  # of what GNC lets go: nothing, and no pose floats
 
@@ -117,7 +119,7 @@ def solve(
     return solved, Report(found.iterations, *chi2, *counts, down, ends, not doubt, doubt)
 
 
-def _from(problem: Problem, edges: Edges, loss: str, initial: str) -> Found | Lowest:
+def _from(problem: Problem, edges: Edges, loss: str, initial: str) -> Optimum:
     """One search from one start, or the lower of two."""
     if initial == "given":
         return _found(problem, edges, loss)
@@ -128,9 +130,7 @@ def _from(problem: Problem, edges: Edges, loss: str, initial: str) -> Found | Lo
     return given if given.after <= chordal.after * (1.0 + SAME_OPTIMUM) else chordal
 
 
-def _ends(
-    found: Found | Lowest, rows: Int[np.ndarray, " team"]
-) -> tuple[Float[np.ndarray, "team 3 3"] | None, str]:
+def _ends(found: Optimum, rows: Int[np.ndarray, " team"]) -> tuple[Float[np.ndarray, "team 3 3"] | None, str]:
     """Covariances of last poses, or why there are none."""
     try:
         return found.covariances(rows), ""
@@ -155,23 +155,23 @@ def _heard(bearings: Bearings | None, first_key: Int[np.ndarray, " robots"]) -> 
     return ours[np.lexsort(columns[::-1])]
 
 
-def _found(problem: Problem, edges: Edges, loss: str) -> Found | Lowest:
+def _found(problem: Problem, edges: Edges, loss: str) -> Optimum:
     """One search under a loss."""
     return _SEARCHES[loss](problem, edges)
 
 
-def _squares(problem: Problem, edges: Edges) -> Found | Lowest:
+def _squares(problem: Problem, edges: Edges) -> Optimum:
     """Squares, without gtsam where that is faster."""
-    low = lowest(problem, edges)
+    low = banded_optimum(problem, edges)
     return low or least_squares(build(problem, edges, huber=False), as_values(problem.start))
 
 
-def _hubers(problem: Problem, edges: Edges) -> Found:
+def _hubers(problem: Problem, edges: Edges) -> SearchOptimum:
     """Huber's loss, by Levenberg-Marquardt."""
     return optimise(build(problem, edges, huber=True), as_values(problem.start))
 
 
-def _truncated(problem: Problem, edges: Edges) -> Found:
+def _truncated(problem: Problem, edges: Edges) -> SearchOptimum:
     """Weights by GNC, then a search under these weights."""
     graph, n_anchors = build(problem, edges, huber=False), len(problem.team)
     trusted = np.append(np.arange(n_anchors), n_anchors + np.flatnonzero(~problem.doubted))
@@ -182,7 +182,7 @@ def _truncated(problem: Problem, edges: Edges) -> Found:
     return found._replace(weight=weights[n_anchors:])
 
 
-_SEARCHES: Mapping[str, Callable[[Problem, Edges], Found | Lowest]] = MappingProxyType(
+_SEARCHES: Mapping[str, Callable[[Problem, Edges], Optimum]] = MappingProxyType(
     {"none": _squares, "huber": _hubers, "gnc": _truncated}
 )
 
@@ -199,9 +199,9 @@ def _put_back(
     return solved
 
 
-def _let_go(loss: str, problem: Problem, found: Found | Lowest) -> tuple[Downweighted, ...]:
+def _let_go(loss: str, problem: Problem, found: Optimum) -> tuple[Downweighted, ...]:
     """Edges that the loss weighs less than squares would."""
-    if isinstance(found, Lowest) or loss == "none":
+    if isinstance(found, BandedOptimum) or loss == "none":
         return ()
     weight = found.weight
     if weight is None:
@@ -215,16 +215,16 @@ def _let_go(loss: str, problem: Problem, found: Found | Lowest) -> tuple[Downwei
 
 def _with_bearings(
     poses: Float[np.ndarray, "robots times 3"],
-    first: Found | Lowest,
+    first: Optimum,
     bearings: Bearings,
     problem: Problem,
     edges: Edges,
-) -> tuple[Float[np.ndarray, "robots times 3"], Found | Lowest, tuple[Downweighted, ...]]:
+) -> tuple[Float[np.ndarray, "robots times 3"], Optimum, tuple[Downweighted, ...]]:
     """Add bearings to a first solution, and search on from there; again without pairs that disown theirs."""
     heard = _heard(bearings, problem.first_key)
     kept, solved, found = heard, poses, first
-    deaf = build(problem, edges, huber=False) if isinstance(first, Lowest) else first.graph
-    values = as_values(first.poses) if isinstance(first, Lowest) else first.values
+    deaf = build(problem, edges, huber=False) if isinstance(first, BandedOptimum) else first.graph
+    values = as_values(first.poses) if isinstance(first, BandedOptimum) else first.values
     while len(kept):
         found = _heard_too(deaf, values, select_bearings(bearings, kept), problem)
         solved = _put_back(poses, found.poses, problem)
@@ -240,10 +240,10 @@ def _with_bearings(
 
 def _heard_too(
     deaf: gtsam.NonlinearFactorGraph, values: gtsam.Values, bearings: Bearings, problem: Problem
-) -> Found:
+) -> SearchOptimum:
     """Search with bearings; with a bounded slope where two that heard each other came to be on one place."""
 
-    def search(*, near: bool) -> Found:
+    def search(*, near: bool) -> SearchOptimum:
         graph = gtsam.NonlinearFactorGraph()
         graph.push_back(deaf)
         add_bearings(graph, bearings, problem.first_key, near=near)
@@ -256,7 +256,7 @@ def _heard_too(
     return search(near=True) if _on_one_place(found, bearings, problem) else found
 
 
-def _on_one_place(found: Found, bearings: Bearings, problem: Problem) -> bool:
+def _on_one_place(found: SearchOptimum, bearings: Bearings, problem: Problem) -> bool:
     """Whether an observer and its target are nearer than a bearing is good for."""
     p_m = found.poses[:, :2]
     observer, target = (
