@@ -111,7 +111,7 @@ def _plan(parts: Sequence[_Part]) -> Plan:
 
 def _write(plan: Plan, parts: Sequence[_Part], out: Path) -> Summary:
     """Tables in the order of a single run: policies as given, trials, iterations, robots."""
-    partial = run_folder.partial_of(out)
+    partial = results_folder.partial_of(out)
     results_folder.begin(partial, run_folder.KIND)
     results_folder.note(partial, ["results/"])
     staging = run_folder.clean_staging(partial)

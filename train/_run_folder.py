@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from wifipgo.errors import require
-from wifipgo.results_folder import check_replaceable, is_of, remove
+from wifipgo.results_folder import check_free, is_of, remove
 
 
 def check_claim(out: Path, kind: str, *, resume: bool, overwrite: bool) -> None:
@@ -14,10 +14,10 @@ def check_claim(out: Path, kind: str, *, resume: bool, overwrite: bool) -> None:
     """
     if resume:
         require(is_of(out, kind), "out", f"a folder of {kind}, with its manifest.jsonl", str(out))
-    elif out.exists() and (not out.is_dir() or any(out.iterdir())):
+    else:
         rule = "new or empty (--resume continues a run, --overwrite replaces it)"
-        require(overwrite and is_of(out, kind), "out", rule, str(out))
-        check_replaceable(out, kind)
+        mine = not out.is_dir() or is_of(out, kind)
+        check_free(out, kind, overwrite=overwrite and mine, rule=rule)
 
 
 def claim(out: Path, kind: str, *, resume: bool, overwrite: bool) -> None:

@@ -4,14 +4,15 @@ Each folder has a manifest, ``manifest.jsonl``: the kind of run, then one name a
 noted before the files are written, so a run that is killed at any point leaves no file of its
 own unlisted. A run that works in its folder::
 
-    check_replaceable(out, "train")       # before anything runs, with --overwrite
+    check_free(out, "train", overwrite=overwrite)  # before anything runs
     remove(out, "train")
     begin(out, "train")
     note(out, ["config.yaml", "checkpoints/step-1/policy.npz"])   # a name that ends in / is a folder of ours
 
 A run whose results appear at the end works in a folder beside, which then gets the name::
 
-    check_replaceable(out, "optimise")    # also looks at OUT.replaced, which an interrupted run leaves
+    check_free(out, "optimise", overwrite=overwrite)  # also looks at OUT.replaced, of an interrupted run
+    partial = partial_of(out)
     begin(partial, "optimise"); note(partial, ["results/"])
     ...
     publish(partial / "results", out, "optimise")
@@ -23,6 +24,7 @@ Hold the folder's lock (`wifipgo.folder_lock`) meanwhile.
 import json
 import os
 import re
+import shutil
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -72,6 +74,26 @@ def check_replaceable(out: Path, kind: str) -> None:
             raise BadInputError(f"{rule}: {folder} also holds {', '.join(map(repr, others[:3]))}{more}")
 
 
+def check_free(
+    out: Path, kind: str, *, overwrite: bool, rule: str = "new or empty (--overwrite replaces what is there)"
+) -> None:
+    """Refuse, before any work, a folder that holds results without leave to replace them, or anything else.
+
+    Args:
+        out: Folder that results are to get.
+        kind: Of the run.
+        overwrite: Whether results of its kind may go.
+        rule: What the folder has to be without that leave.
+
+    Raises:
+        BadInputError: Says what is there.
+    """
+    require(out.is_dir() or not out.exists(), "out", "a folder", str(out))
+    if out.exists() and any(out.iterdir()):
+        require(overwrite, "out", rule, str(out))
+    check_replaceable(out, kind)
+
+
 def foreign(folder: Path, kind: str) -> list[str]:
     """Files in a folder that no run of this kind wrote: all of them if it has no manifest."""
     listed = set(_listed(folder)) if is_of(folder, kind) else set()
@@ -91,6 +113,18 @@ def remove(folder: Path, kind: str) -> None:
             Path(inner).rmdir()
     (folder / MANIFEST).unlink(missing_ok=True)
     folder.rmdir()
+
+
+def partial_of(out: Path) -> Path:
+    """Folder beside ``out`` in which a run works whose results appear at the end."""
+    return out.with_name(f"{out.name}.partial")
+
+
+def emptied(folder: Path) -> Path:
+    """Make a folder for results that are not complete yet; what an earlier attempt left there goes."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    return folder
 
 
 def replaced_of(out: Path) -> Path:

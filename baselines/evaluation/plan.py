@@ -2,7 +2,7 @@
 
 import json
 import platform
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from hashlib import sha256
@@ -14,7 +14,7 @@ from typing import Any
 from baselines.evaluation.episodes import trial_seed
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import parallel_env
-from wifipgo.errors import require
+from wifipgo.errors import BadInputError, require
 from wifipgo.scenarios import SCENARIOS, Scenario
 from wifipgo.text_files import read_json
 
@@ -123,3 +123,14 @@ def differences(one: Any, other: Any, name: str = "") -> Iterator[tuple[str, Any
             yield from differences(one.get(key), other.get(key), f"{name}.{key}" if name else key)
     elif one != other:
         yield name, one, other
+
+
+def refuse_differing(differing: Iterable[tuple[str, Any, Any]], what: str) -> None:
+    """Raise where two records differ; names the first fields, with what was there and what is now.
+
+    Raises:
+        BadInputError: There is a difference.
+    """
+    fields = [f"{name} ({old!r} there, {new!r} now)" for name, old, new in differing]
+    if fields:
+        raise BadInputError(f"{what} differs in {'; '.join(fields[:3])}")

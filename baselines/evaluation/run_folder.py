@@ -15,11 +15,11 @@ import numpy as np
 import pandas as pd
 
 from baselines.evaluation.episodes import Episode
-from baselines.evaluation.plan import differences, read_record
+from baselines.evaluation.plan import differences, read_record, refuse_differing
 from baselines.evaluation.statistics import Summary
 from wifipgo import results_folder
 from wifipgo.atomic_files import write_json
-from wifipgo.errors import BadInputError, require
+from wifipgo.errors import BadInputError
 
 PICTURES = ("err.png", "arena.png")
 FIRST = "first-trial"
@@ -34,11 +34,6 @@ class Tables(NamedTuple):
     steps: pd.DataFrame
 
 
-def partial_of(out: Path) -> Path:
-    """Folder beside ``out`` in which an evaluation works."""
-    return out.with_name(f"{out.name}.partial")
-
-
 def is_complete(out: Path) -> bool:
     """Whether a folder holds an evaluation; its pictures are drawn last and may be missing."""
     return all((out / name).is_file() for name in FILES)
@@ -46,7 +41,7 @@ def is_complete(out: Path) -> bool:
 
 def clear_away(out: Path, record: Mapping[str, Any]) -> None:
     """Remove what a run left that ended after its results had their name."""
-    partial = partial_of(out)
+    partial = results_folder.partial_of(out)
     if results_folder.is_of(partial, KIND):
         saved = partial / "config.json"
         if not saved.exists() or not list(_differing(saved, record)):
@@ -70,8 +65,8 @@ def claim(
             them, or files that no evaluation wrote.
         OSError: The folder cannot be made.
     """
-    partial = partial_of(out)
-    _may_replace(out, overwrite=overwrite)
+    partial = results_folder.partial_of(out)
+    results_folder.check_free(out, KIND, overwrite=overwrite)
     if partial.exists() and not resume:
         n_done = len(list(partial.glob("*.npz")))
         if not overwrite:
@@ -92,21 +87,13 @@ def trials_there(out: Path, record: Mapping[str, Any], *, overwrite: bool) -> in
     Raises:
         BadInputError: They are of other settings, or there are more than the record asks for.
     """
-    if not is_complete(out) or (overwrite and (partial_of(out) / "config.json").exists()):
+    if not is_complete(out) or (overwrite and (results_folder.partial_of(out) / "config.json").exists()):
         return 0
     saved = out / "config.json"
     there = int(read_record(saved)["trials"])
     fewer = {"trials": min(there, record["trials"])}
     refuse_other(saved, {**record, **fewer}, "the results there are of other settings")
     return there
-
-
-def _may_replace(out: Path, *, overwrite: bool) -> None:
-    """Refuse to replace what is there, and ever to replace what is not an evaluation."""
-    require(out.is_dir() or not out.exists(), "out", "a folder", str(out))
-    if out.exists() and any(out.iterdir()):
-        require(overwrite, "out", "new or empty (--overwrite replaces what is there)", str(out))
-        results_folder.check_replaceable(out, KIND)
 
 
 def _same(partial: Path, record: Mapping[str, Any]) -> None:
@@ -119,10 +106,7 @@ def _same(partial: Path, record: Mapping[str, Any]) -> None:
 
 def refuse_other(saved: Path, record: Mapping[str, Any], rule: str) -> None:
     """Raise unless a saved record is this one; names the fields that differ."""
-    differing = list(_differing(saved, record))
-    if differing:
-        fields = "; ".join(f"{name} ({old!r} there, {new!r} now)" for name, old, new in differing[:3])
-        raise BadInputError(f"{rule}: {saved} differs in {fields}")
+    refuse_differing(_differing(saved, record), f"{rule}: {saved}")
 
 
 def _differing(saved: Path, record: Mapping[str, Any]) -> Iterable[tuple[str, Any, Any]]:
@@ -196,7 +180,4 @@ def first_trial(folder: Path) -> list[Path]:
 
 def clean_staging(partial: Path) -> Path:
     """Empty folder for results that are not complete yet."""
-    staging = partial / "results"
-    shutil.rmtree(staging, ignore_errors=True)
-    staging.mkdir()
-    return staging
+    return results_folder.emptied(partial / "results")

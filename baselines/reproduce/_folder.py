@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from baselines.evaluation.plan import differences
+from baselines.evaluation.plan import differences, refuse_differing
 from wifipgo import results_folder
 from wifipgo.atomic_files import write_json
 from wifipgo.command_line import say
@@ -41,7 +41,8 @@ def claim(out: Path, record: Mapping[str, Any], *, resume: bool, overwrite: bool
         else:
             there = _record(out)
             require(resume, "out", "new or empty (--resume goes on, --overwrite starts over)", str(out))
-            _refuse_other(there, record, out)
+            differing = differences(there, {"kind": _KIND, **record})
+            refuse_differing(differing, f"to go on, a run must stay the same: {out / CONFIG}")
     results_folder.begin(out, _KIND)
     results_folder.note(out, [CONFIG, CLAIMS, PAGE, FAILURES])
     write_json(out / CONFIG, {"kind": _KIND, **record})
@@ -66,14 +67,6 @@ def _record(out: Path) -> dict[str, Any]:
     return dict(found)
 
 
-def _refuse_other(there: Mapping[str, Any], record: Mapping[str, Any], out: Path) -> None:
-    """Refuse to mix two runs; names what differs."""
-    differing = list(differences(dict(there), {"kind": _KIND, **record}))
-    if differing:
-        fields = "; ".join(f"{name} ({old!r} there, {new!r} now)" for name, old, new in differing[:3])
-        raise BadInputError(f"to go on, a run must stay the same: {out / CONFIG} differs in {fields}")
-
-
 def done(out: Path, figure: str) -> bool:
     """Whether a figure is there; one whose claims cannot be read is made again."""
     try:
@@ -89,9 +82,7 @@ def staging(out: Path, figure: str) -> Path:
     """Empty folder for a figure that is not complete."""
     folder = out / f"{figure}.partial"
     results_folder.note(out, [f"{folder.name}/"])
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir()
-    return folder
+    return results_folder.emptied(folder)
 
 
 def publish(folder: Path) -> None:

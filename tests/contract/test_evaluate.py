@@ -13,9 +13,9 @@ import pytest
 from baselines import evaluate
 from baselines.evaluate import Episode, EpisodesFailedError, EvaluateConfig, main, run_episode
 from baselines.evaluation import jobs
-from baselines.evaluation.run_folder import FILES, FIRST, PICTURES, partial_of
+from baselines.evaluation.run_folder import FILES, FIRST, PICTURES
 from baselines.policies import make_policy
-from wifipgo.results_folder import MANIFEST
+from wifipgo.results_folder import MANIFEST, partial_of
 from wifipgo.scenarios import scenario_named
 
 SHORT = ("n_steps=4",)

@@ -12,6 +12,7 @@ from baselines.evaluate import EvaluateConfig, evaluate
 from baselines.evaluation import jobs, run_folder
 from baselines.evaluation.episodes import Episode, run_episode
 from baselines.merge import main
+from wifipgo.results_folder import partial_of
 
 NAMES_IT = {"config.json", "manifest.jsonl"}  # files that say where they are
 TABLES = ("episodes.parquet", "steps.parquet", "summary.json")
@@ -99,5 +100,5 @@ def test_a_finished_run_goes_on_with_more_trials(
     assert trials == []
     monkeypatch.setattr(jobs, "run_episode", run)
     evaluate(replace(settings(out, 0, 4), resume=True))
-    assert not run_folder.partial_of(out).exists()
+    assert not partial_of(out).exists()
     assert len(pd.read_parquet(out / "episodes.parquet")) == 8

@@ -10,7 +10,6 @@ from rich.table import Table
 
 from wifipgo import results_folder
 from wifipgo.atomic_files import appearing, write_json
-from wifipgo.errors import require
 from wifipgo.graph.files.g2o import Reading, write_g2o
 from wifipgo.graph.files.tum_kitti import write_kitti, write_tum
 from wifipgo.graph.posegraph import PoseGraph, keys_of
@@ -33,10 +32,7 @@ class Results(NamedTuple):
         Raises:
             BadInputError: There is something that may not be replaced.
         """
-        require(not out.exists() or out.is_dir(), "out", "a folder", str(out))
-        results_folder.check_replaceable(out, KIND)
-        taken = out.is_dir() and any(out.iterdir())
-        require(overwrite or not taken, "out", "new or empty (--overwrite replaces what is there)", str(out))
+        results_folder.check_free(out, KIND, overwrite=overwrite)
         return cls(out)
 
     def publish(
@@ -49,7 +45,7 @@ class Results(NamedTuple):
         single: bool,
     ) -> None:
         """Write everything but the picture beside the folder, then give it the name."""
-        partial = self.out.with_name(f"{self.out.name}.partial")
+        partial = results_folder.partial_of(self.out)
         results_folder.remove(partial, KIND)
         results_folder.begin(partial, KIND)
         results_folder.note(partial, ["results/"])
