@@ -22,17 +22,18 @@ from itertools import cycle
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
+from wifipgo.figures import Axes, Figure, drawing
+
 import matplotlib as mpl
 import numpy as np
 import tyro
 from jaxtyping import Float
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
 from wifipgo.atomic_files import write_json
+from wifipgo.command_line import exit_code
 from wifipgo.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from wifipgo.radio import aoa
 from wifipgo.radio.aoa import cramer_rao
@@ -279,8 +280,9 @@ def main(config: AccuracyConfig) -> None:
         content = {name: [row._asdict() for row in rows] for name, rows in tables.items()}
         write_json(config.json, content, allow_nan=True)
     if config.picture is not None:
-        draw(config.picture, table_rows, bound_rows)
+        with drawing(config.picture, asked_for=True):
+            draw(config.picture, table_rows, bound_rows)
 
 
 if __name__ == "__main__":
-    main(tyro.cli(AccuracyConfig, description=__doc__))
+    sys.exit(exit_code(lambda: main(tyro.cli(AccuracyConfig, description=__doc__))))

@@ -2,6 +2,7 @@
 
 Run: ``python benchmarks/aoa_profile.py [--picture PNG] [--json OUT]``. A robot makes a quarter turn
 on the spot. The direct path comes from 60 degrees to the left and 25 degrees above, two echoes
+import sys
 from elsewhere in the plane, 6 dB below it together; 20 dB SNR.
 """
 
@@ -14,14 +15,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+from wifipgo.figures import Figure, drawing
+
 import matplotlib as mpl
 import numpy as np
 import tyro
 from jaxtyping import Complex, Float
-from matplotlib.figure import Figure
 from rich.console import Console
 
 from wifipgo.atomic_files import write_json
+from wifipgo.command_line import exit_code
 from wifipgo.palette import BLUE, VERMILION
 from wifipgo.radio import aoa
 from wifipgo.radio.aoa.confidence import confidence
@@ -117,10 +120,11 @@ def main(config: ProfileConfig) -> None:
     }
     for name, value in content.items():
         console.print(f"{name:28s} {np.round(value, 3)}")
-    draw(config.picture, profile, found)
+    with drawing(config.picture, asked_for=True):
+        draw(config.picture, profile, found)
     if config.json is not None:
         write_json(config.json, content, allow_nan=True)
 
 
 if __name__ == "__main__":
-    main(tyro.cli(ProfileConfig, description=__doc__))
+    sys.exit(exit_code(lambda: main(tyro.cli(ProfileConfig, description=__doc__))))

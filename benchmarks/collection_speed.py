@@ -21,6 +21,7 @@ from rich.console import Console
 from rich.progress import track
 
 from train import EnvsConfig, TrainConfig, environments
+from wifipgo.command_line import exit_code
 
 _WINDOWS = 5
 
@@ -64,4 +65,4 @@ def main(config: CollectionConfig) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(CollectionConfig, description=__doc__))
+    sys.exit(exit_code(lambda: main(tyro.cli(CollectionConfig, description=__doc__))))

@@ -13,11 +13,13 @@ import os
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-import matplotlib.pyplot as plt
+from wifipgo.figures import Figure, drawing
+
 import numpy as np
 import tyro
 from rich.console import Console
@@ -26,6 +28,7 @@ from rich.table import Table
 
 from benchmarks.simulated_rooms import WAVELENGTH_M, draw_link, two_way_product
 from wifipgo.atomic_files import write_json
+from wifipgo.command_line import exit_code
 from wifipgo.errors import require
 from wifipgo.palette import BLUE, GREEN, GREY, VERMILION
 from wifipgo.radio.aoa import azimuth_grid, find_peaks
@@ -146,7 +149,8 @@ def save_picture(links: Sequence[Studied], path: Path) -> None:
     """Mean error beyond sight against the share rejected."""
     blocked = np.array([link.blocked for link in links])
     errors = np.array([link.errors_deg["mean"] for link in links])[blocked]
-    figure, axes = plt.subplots(figsize=(6.0, 4.2), layout="constrained")
+    figure = Figure(figsize=(6.0, 4.2), layout="constrained")
+    axes = figure.subplots()
     for name, colour in (DRAWN | {ORACLE: VERMILION}).items():
         curve = rejection_curve(keys(links)[name][blocked], errors)[::-1]
         axes.plot(np.arange(len(curve)) / len(curve), curve, color=colour, label=name)
@@ -156,7 +160,6 @@ def save_picture(links: Sequence[Studied], path: Path) -> None:
     axes.legend(frameon=False)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=100)
-    plt.close(figure)
 
 
 def main(
@@ -174,8 +177,10 @@ def main(
         content = {"links": links, "accuracy": accuracy(studied), "ranking": ranking(studied)}
         write_json(json, content, allow_nan=True)
     if picture is not None:
-        save_picture(studied, picture)
+        with drawing(picture, asked_for=True):
+            save_picture(studied, picture)
 
 
 if __name__ == "__main__":
-    tyro.cli(main, description=__doc__, prog="python -m benchmarks.confidence_study")
+    prog = "python -m benchmarks.confidence_study"
+    sys.exit(exit_code(lambda: tyro.cli(main, description=__doc__, prog=prog)))

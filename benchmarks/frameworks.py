@@ -19,6 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks._framework_programs import FRAMEWORKS, whole_program
+from wifipgo.command_line import exit_code
 from wifipgo.errors import pick
 
 _ROOT = Path(__file__).resolve().parents[1]
@@ -120,4 +121,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(exit_code(main))

@@ -9,6 +9,7 @@ the message says which field it was; that field is drawn again, then left as it 
 """
 
 import argparse
+import sys
 import time
 import traceback
 import warnings
@@ -19,6 +20,8 @@ import numpy as np
 
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
+from wifipgo.command_line import exit_code
+from wifipgo.errors import DoubtfulError
 from wifipgo.graph.backends import BACKENDS
 from wifipgo.graph.config import ESTIMATORS
 from wifipgo.graph.metrics import ERR_WEIGHTS
@@ -190,8 +193,12 @@ def escaped(seed: int, *, n_steps: int = 5) -> list[str]:
     return [f"seed {seed}: {fault}" for fault in found]
 
 
-def main() -> int:
-    """Try scenarios one after the other and print what escaped; 1 if anything did."""
+def main() -> None:
+    """Try scenarios one after the other and print what escaped.
+
+    Raises:
+        DoubtfulError: Something did.
+    """
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenarios", type=int, default=500)
     parser.add_argument("--seed", type=int, default=0)
@@ -204,8 +211,9 @@ def main() -> int:
         for fault in faults:
             print(fault, flush=True)
     print(f"{given.scenarios} scenarios, {n_bad} escaped")
-    return int(n_bad > 0)
+    if n_bad:
+        raise DoubtfulError(f"{n_bad} of {given.scenarios} scenarios escaped")
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(exit_code(main))

@@ -28,6 +28,7 @@ from rich.table import Table
 
 from wifipgo import se2
 from wifipgo.atomic_files import write_json
+from wifipgo.command_line import exit_code
 from wifipgo.graph.edges import Edges, select
 from wifipgo.graph.solvers import last_pose_covariances, solve
 
@@ -180,4 +181,4 @@ def main(config: GraphSpeedConfig) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(GraphSpeedConfig, description=__doc__))
+    sys.exit(exit_code(lambda: main(tyro.cli(GraphSpeedConfig, description=__doc__))))

@@ -12,6 +12,8 @@ import numpy as np
 import tyro
 
 from envs.rendezvous_v0 import parallel_env
+from wifipgo.command_line import exit_code
+from wifipgo.errors import BadInputError, DoubtfulError
 
 _STATUS = Path("/proc/self/status")
 
@@ -58,14 +60,21 @@ def growth_mb(arguments: Arguments) -> float:
 
 
 def main() -> None:
-    """Measure, and fail if memory grew."""
+    """Measure.
+
+    Raises:
+        BadInputError: A system without /proc.
+        DoubtfulError: Memory grew.
+    """
     arguments = tyro.cli(Arguments, description=__doc__)
     if not _STATUS.exists():
-        sys.exit("benchmarks.memory reads /proc, which this system does not have")
+        raise BadInputError("benchmarks.memory reads /proc, which this system does not have")
     grown = growth_mb(arguments)
-    print(f"grew by {grown:.1f} MB over {arguments.steps} steps (limit {arguments.limit_mb:g} MB)")
-    sys.exit(grown > arguments.limit_mb)
+    said = f"grew by {grown:.1f} MB over {arguments.steps} steps (limit {arguments.limit_mb:g} MB)"
+    print(said)
+    if grown > arguments.limit_mb:
+        raise DoubtfulError(f"memory {said}")
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(exit_code(main))

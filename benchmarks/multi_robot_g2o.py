@@ -12,7 +12,6 @@ import os
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
-import json
 import sys
 import time
 from collections.abc import Callable
@@ -26,6 +25,8 @@ from rich.progress import track
 from rich.table import Table
 
 from wifipgo.atomic_files import write_json
+from wifipgo.command_line import exit_code
+from wifipgo.errors import require
 from wifipgo.graph.chordal import chordal_cost, chordal_optimum, links, matrices, pose_rows, two_stage
 from wifipgo.graph.distributed import DistributedConfig, solve_distributed
 from wifipgo.graph.files.g2o import read_g2o, symbols
@@ -33,6 +34,7 @@ from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers.spatial import solve_graph
 from wifipgo.graph.subgraphs import anchors, components
+from wifipgo.text_files import read_json
 
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
 DATA = Path(os.environ.get("WIFIPGO_DATA", BESIDE)) / "g2o"
@@ -175,25 +177,22 @@ def distributed_table(results: dict[str, Any], reference: dict[str, Any]) -> Tab
     return table
 
 
-def main(config: G2oConfig) -> int:
-    """Measure, show, write; 2 if there is nothing to measure."""
+def main(config: G2oConfig) -> None:
+    """Measure, show, write.
+
+    Raises:
+        BadInputError: There is nothing to measure, or a file is bad.
+    """
     console = Console()
     folders = data_sets(config.data)
-    if not folders:
-        print(f"no folder with g2o files in {config.data}", file=sys.stderr)
-        return 2
+    require(bool(folders), "data", "a folder with folders of g2o files", str(config.data))
     path = config.data / "reference.json"
-    try:
-        reference = json.loads(path.read_text())["datasets"] if path.is_file() else {}
-        results = {f.name: figures(f, config.repeats) for f in track(folders, "data sets", console=console)}
-        if config.json is not None:
-            write_json(config.json, {"format": "g2o-benchmark/1", "datasets": results}, allow_nan=True)
-    except (ValueError, KeyError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 2
+    reference = read_json(path).get("datasets", {}) if path.is_file() else {}
+    results = {f.name: figures(f, config.repeats) for f in track(folders, "data sets", console=console)}
+    if config.json is not None:
+        write_json(config.json, {"format": "g2o-benchmark/1", "datasets": results}, allow_nan=True)
     show(results, reference, console)
-    return 0
 
 
 if __name__ == "__main__":
-    raise SystemExit(main(tyro.cli(G2oConfig, description=__doc__)))
+    sys.exit(exit_code(lambda: main(tyro.cli(G2oConfig, description=__doc__))))

@@ -13,17 +13,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+from wifipgo.figures import Axes, Figure, drawing
+
 import matplotlib as mpl
 import numpy as np
 import tyro
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
 from benchmarks.reference_paths import Agreement, Reference, compare, joined, read_references, traced
 from wifipgo.atomic_files import write_json
+from wifipgo.command_line import exit_code
+from wifipgo.errors import BadInputError
 from wifipgo.palette import SERIES
 
 # What is asked of the largest deviation; the reference's own float32 allows 0.1 deg at the
@@ -59,7 +61,7 @@ def fixture_folder(given: Path | None) -> Path:
     beside = Path(__file__).resolve().parents[2] / "shared" / "data"
     folder = Path(os.environ.get("WIFIPGO_DATA", beside)) / "sionna" if given is None else given
     if not folder.is_dir():
-        raise ValueError(f"{folder} is no folder; name one with --data or set WIFIPGO_DATA")
+        raise BadInputError(f"{folder} is no folder; name one with --data or set WIFIPGO_DATA")
     return folder
 
 
@@ -71,7 +73,7 @@ def read_fixtures(folder: Path) -> dict[str, list[Reference]]:
     """
     fixtures = {path.stem: read_references(path) for path in sorted(folder.glob("*.json"))}
     if not fixtures:
-        raise ValueError(f"{folder} holds no fixture (*.json)")
+        raise BadInputError(f"{folder} holds no fixture (*.json)")
     return fixtures
 
 
@@ -80,7 +82,7 @@ def compared(name: str, references: list[Reference]) -> Agreement:
     try:
         return compare(references)
     except ValueError as error:
-        raise ValueError(f"{name}.json: {error}") from error
+        raise BadInputError(f"{name}.json: {error}") from error
 
 
 def figures(agreement: Agreement) -> dict[str, Any]:
@@ -218,14 +220,10 @@ def draw_deviations(axes: Axes, total: Agreement) -> None:
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8)
 
 
-def main(config: OracleConfig) -> int:
-    """Compare, show, write; 2 if the input is bad."""
-    try:
-        fixtures = read_fixtures(fixture_folder(config.data))
-        parts = {name: compared(name, references) for name, references in fixtures.items()}
-    except (ValueError, OSError) as error:
-        print(f"oracle_paths: {error}", file=sys.stderr)
-        return 2
+def main(config: OracleConfig) -> None:
+    """Compare, show, write."""
+    fixtures = read_fixtures(fixture_folder(config.data))
+    parts = {name: compared(name, references) for name, references in fixtures.items()}
     total = joined(list(parts.values()))
     report = {name: figures(part) for name, part in (parts | {"total": total}).items()}
     show(report, Console())
@@ -235,9 +233,9 @@ def main(config: OracleConfig) -> int:
         write_json(config.json, content, allow_nan=True)
     picture = config.picture or (config.json.with_suffix(".png") if config.json else None)
     if picture is not None:
-        draw(picture, fixtures, total)
-    return 0
+        with drawing(picture, asked_for=True):
+            draw(picture, fixtures, total)
 
 
 if __name__ == "__main__":
-    sys.exit(main(tyro.cli(OracleConfig, description=__doc__)))
+    sys.exit(exit_code(lambda: main(tyro.cli(OracleConfig, description=__doc__))))

@@ -10,6 +10,8 @@ bearings* solve the same encounters with all bearings of a robot off by one angl
 
 import os
 
+from wifipgo.figures import Figure
+
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
@@ -33,7 +35,6 @@ import numpy as np
 import pandas as pd
 import tyro
 from jaxtyping import Float
-from matplotlib.figure import Figure
 from PIL import Image
 from rich.console import Console
 from rich.progress import track

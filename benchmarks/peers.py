@@ -35,6 +35,7 @@ from benchmarks._naive_env import NaiveEnv
 from benchmarks.speed import physics_and_lidar
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.atomic_files import write_json
+from wifipgo.command_line import exit_code
 
 _WINDOWS = 3
 _N_ACTIONS = 64
@@ -207,4 +208,4 @@ def main(config: PeersConfig) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(PeersConfig, description=__doc__))
+    sys.exit(exit_code(lambda: main(tyro.cli(PeersConfig, description=__doc__))))

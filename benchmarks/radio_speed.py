@@ -27,6 +27,7 @@ from rich.console import Console
 from rich.table import Table
 
 from wifipgo.atomic_files import write_json
+from wifipgo.command_line import exit_code
 from wifipgo.radio import aoa
 from wifipgo.radio.channel import csi
 from wifipgo.radio.propagation.materials import Slab
@@ -203,4 +204,4 @@ def main(config: SpeedConfig) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(SpeedConfig, description=__doc__))
+    sys.exit(exit_code(lambda: main(tyro.cli(SpeedConfig, description=__doc__))))

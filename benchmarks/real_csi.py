@@ -9,6 +9,8 @@ all links by the expected error of their own profiles. Intervals: 95 %, bootstra
 
 import os
 
+from wifipgo.figures import Axes, Figure, drawing
+
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
@@ -18,16 +20,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-import matplotlib.pyplot as plt
 import numpy as np
 import tyro
-from matplotlib.axes import Axes
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 from scipy.stats import bootstrap
 
 from wifipgo.atomic_files import write_json
+from wifipgo.command_line import exit_code
+from wifipgo.errors import BadInputError
 from wifipgo.palette import BLUE, FRAME, GREY, VERMILION
 from wifipgo.radio.aoa.confidence import confidences, least_confident
 from wifipgo.radio.recordings.recorded_link import Link, bearing
@@ -66,11 +68,11 @@ class Row(NamedTuple):
 def all_links(data: Path) -> list[Link]:
     """Links of every pack and raw run, each once; packs first, as they carry the toolbox's answers."""
     if not data.exists():
-        raise FileNotFoundError(f"{data}: no such file or folder")
+        raise BadInputError(f"{data}: no such file or folder")
     runs = sorted({log.parent for log in data.rglob("csi_rx_*.dat")})
     parts = [data] if data.is_file() else [*sorted(data.rglob("*.npz")), *runs]
     if not parts:
-        raise FileNotFoundError(f"{data}: no .npz pack and no csi_rx_*.dat log in this folder")
+        raise BadInputError(f"{data}: no .npz pack and no csi_rx_*.dat log in this folder")
     found: dict[tuple[str, str], Link] = {}
     for part in parts:
         for link in read_links(part):
@@ -219,7 +221,8 @@ def _text(interval: list[float] | None) -> str:
 
 def save_picture(rows: Sequence[Row], out: np.ndarray, path: Path) -> None:
     """Errors per link, ours against the toolbox's, and mean error against the share rejected."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10.5, 4.6), layout="constrained")
+    figure = Figure(figsize=(10.5, 4.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
     place = np.arange(len(rows))
     ours, toolbox = np.maximum([[row.error_deg, row.toolbox_error_deg] for row in rows], 0.1).T
     left.vlines(place, ours, toolbox, color=FRAME, linewidth=1.2)
@@ -241,7 +244,6 @@ def save_picture(rows: Sequence[Row], out: np.ndarray, path: Path) -> None:
         axes.spines[["top", "right"]].set_visible(False)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=100)
-    plt.close(figure)
 
 
 def _draw_rejection(axes: Axes, rows: Sequence[Row], group: str, color: str) -> None:
@@ -277,11 +279,7 @@ def main(
     picture: Annotated[Path | None, tyro.conf.arg(help="Also draw to this file.")] = None,
 ) -> None:
     """Read, find, compare, write."""
-    try:
-        links = all_links(data)
-    except (OSError, ValueError) as error:
-        print(f"real_csi: {error}", file=sys.stderr)
-        raise SystemExit(2) from error
+    links = all_links(data)
     rows = [row_of(link) for link in track(links, "links", console=Console(stderr=True))]
     out = least_confident(np.array([row.expected_error_deg for row in rows]))
     content = summary(rows, out)
@@ -291,8 +289,9 @@ def main(
     if json is not None:
         write(rows, out, content, json)
     if picture is not None:
-        save_picture(rows, out, picture)
+        with drawing(picture, asked_for=True):
+            save_picture(rows, out, picture)
 
 
 if __name__ == "__main__":
-    tyro.cli(main, description=__doc__)
+    sys.exit(exit_code(lambda: tyro.cli(main, description=__doc__)))

@@ -28,6 +28,7 @@ from baselines.evaluate import run_episode
 from envs.render.config import RenderConfig
 from envs.render.viewer import Viewer
 from wifipgo.atomic_files import write_json
+from wifipgo.command_line import exit_code
 from wifipgo.scenarios import SCENARIOS
 from wifipgo.state import Tick, World
 
@@ -116,4 +117,4 @@ def main(config: RenderSpeedConfig) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(RenderSpeedConfig, description=__doc__))
+    sys.exit(exit_code(lambda: main(tyro.cli(RenderSpeedConfig, description=__doc__))))

@@ -29,6 +29,7 @@ from rich.table import Table
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import RendezvousEnv, observe, parallel_env
 from wifipgo.atomic_files import write_json
+from wifipgo.command_line import exit_code
 from wifipgo.graph.metrics import residual_error
 from wifipgo.graph.solvers import solve
 from wifipgo.radio.links import probe_links
@@ -211,4 +212,4 @@ def main(config: SpeedConfig) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(SpeedConfig, description=__doc__))
+    sys.exit(exit_code(lambda: main(tyro.cli(SpeedConfig, description=__doc__))))

@@ -29,6 +29,7 @@ from rich.table import Table
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
 from wifipgo.atomic_files import write_json
+from wifipgo.command_line import exit_code
 from wifipgo.loop import iteration
 from wifipgo.world import map_accuracy
 
@@ -149,4 +150,4 @@ def main(config: ProfileConfig) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(ProfileConfig, description=__doc__))
+    sys.exit(exit_code(lambda: main(tyro.cli(ProfileConfig, description=__doc__))))

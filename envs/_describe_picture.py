@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from wifipgo.figures import Axes, Figure
+
 import numpy as np
 from matplotlib.artist import Artist
-from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Polygon
 

@@ -3,10 +3,11 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from wifipgo.figures import Figure, drawing
+
 import numpy as np
 import pandas as pd
 from jaxtyping import Float
-from matplotlib.figure import Figure
 
 from baselines.evaluation.episodes import run_episode, trial_seed
 from baselines.policies import Policy
@@ -15,7 +16,6 @@ from baselines.policies.learned.policy import LearnedPolicy
 from train._config import SelectionConfig
 from wifipgo.atomic_files import appearing
 from wifipgo.errors import require
-from wifipgo.figures import drawing
 from wifipgo.scenarios import Scenario
 
 LEARNED = "learned"

@@ -1,6 +1,8 @@
 """Pictures under the project's own settings, which never decide over results.
 
-Import this module before matplotlib, and draw in its block::
+Import this module before matplotlib, where ruff sorts it, and draw in its block::
+
+    from wifipgo.figures import Figure, drawing
 
     with drawing(out / "err.png"):
         figure = Figure()
@@ -18,6 +20,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from wifipgo.command_line import say
+
+__all__ = ["Axes", "Figure", "drawing", "own_settings"]
 
 
 def _load() -> None:
@@ -44,6 +48,9 @@ def _load_bare() -> None:
 
 
 _load()
+
+from matplotlib.axes import Axes  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
 
 
 @contextmanager

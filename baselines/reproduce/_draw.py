@@ -6,17 +6,16 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from wifipgo.figures import Axes, Figure, drawing
+
 import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from PIL import Image
 
 from baselines.evaluation.episodes import Episode
 from baselines.evaluation.plots import STYLE, band
 from baselines.reproduce._measures import mean_curves
-from wifipgo.figures import drawing
 from wifipgo.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 
 LOOKS: dict[str, tuple[str, Any]] = {

@@ -3,10 +3,11 @@
 from pathlib import Path
 from typing import Any
 
+from wifipgo.figures import Axes
+
 import numpy as np
 import pandas as pd
 from jaxtyping import Float
-from matplotlib.axes import Axes
 from matplotlib.figure import SubFigure
 
 from baselines.reproduce import _draw

@@ -4,10 +4,11 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
+from wifipgo.figures import Figure
+
 import numpy as np
 import pandas as pd
 from jaxtyping import Complex, Float
-from matplotlib.figure import Figure
 
 from baselines.evaluation.episodes import trial_seed
 from baselines.evaluation.statistics import Estimate, bootstrap

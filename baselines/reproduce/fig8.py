@@ -3,8 +3,9 @@
 from itertools import product
 from pathlib import Path
 
+from wifipgo.figures import Axes
+
 import numpy as np
-from matplotlib.axes import Axes
 
 from baselines.evaluation.episodes import Episode
 from baselines.reproduce import _draw, _rules

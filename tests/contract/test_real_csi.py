@@ -73,7 +73,7 @@ def test_bad_input_is_one_line(tmp_path: Path) -> None:
     for path, word in ((tmp_path / "nowhere", "no such"), (empty, "no .npz pack"), (damaged, "pack.npz")):
         done = run("--data", path, "--json", tmp_path / "out.json")
         assert done.returncode == 2
-        assert done.stderr.startswith("real_csi: ")
+        assert done.stderr.startswith("error: ")
         assert done.stderr.count("\n") == 1
         assert word in done.stderr
     assert not (tmp_path / "out.json").exists()

@@ -10,6 +10,7 @@ from support.data_dir import data_dir
 
 from benchmarks.oracle_paths import OracleConfig, main
 from benchmarks.reference_paths import compare, read_references
+from wifipgo.command_line import exit_code
 
 
 def fixture(name: str = "room_6x5_4_metal_boxes") -> dict[str, Any]:
@@ -24,10 +25,15 @@ def written(folder: Path, content: object) -> Path:
     return path
 
 
+def ended(config: OracleConfig) -> int:
+    """Exit code."""
+    return exit_code(lambda: main(config))
+
+
 def test_every_fixture_is_reached(tmp_path: Path) -> None:
     """All paths of order 0 to 2, one to one, within the tolerances; JSON and picture are written."""
     out = tmp_path / "deep" / "out.json"
-    assert main(OracleConfig(data=data_dir("sionna"), json=out)) == 0
+    assert ended(OracleConfig(data=data_dir("sionna"), json=out)) == 0
     report = json.loads(out.read_text("utf-8"))
     assert all(row["reached"] for row in report["files"].values())
     assert report["total"]["known_by_order"] == report["total"]["ours_by_order"]
@@ -72,7 +78,7 @@ def test_malformed_file_is_one_line_with_its_name(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], change: object, message: str
 ) -> None:
     written(tmp_path, change)
-    assert main(OracleConfig(data=tmp_path)) == 2
+    assert ended(OracleConfig(data=tmp_path)) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1
     assert "fixture.json:" in said
@@ -103,7 +109,7 @@ def test_impossible_values_are_one_line(
         place = place[key]
     place[keys[-1]] = value
     written(tmp_path, content)
-    assert main(OracleConfig(data=tmp_path)) == 2
+    assert ended(OracleConfig(data=tmp_path)) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1
     assert "fixture.json:" in said
@@ -111,7 +117,7 @@ def test_impossible_values_are_one_line(
 
 
 def test_missing_and_empty_folders_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(OracleConfig(data=tmp_path / "nowhere")) == 2
+    assert ended(OracleConfig(data=tmp_path / "nowhere")) == 2
     assert "nowhere is no folder" in capsys.readouterr().err
-    assert main(OracleConfig(data=tmp_path)) == 2
+    assert ended(OracleConfig(data=tmp_path)) == 2
     assert "holds no fixture" in capsys.readouterr().err

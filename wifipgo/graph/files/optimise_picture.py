@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
+from wifipgo.figures import Axes, Figure
+
 import numpy as np
 from jaxtyping import Bool, Float
-from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from wifipgo.graph.posegraph import PoseGraph

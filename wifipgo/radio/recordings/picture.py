@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from wifipgo.figures import Axes, Figure
+
 import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wifipgo.palette import BLUE, FRAME, GREY, GRID, SKY, VERMILION
 from wifipgo.radio.aoa import azimuth_grid
