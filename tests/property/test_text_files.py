@@ -86,7 +86,17 @@ def test_a_decimal_comma_in_a_scenario_is_named(tmp_path: Path) -> None:
         read_toml(path)
 
 
-@pytest.mark.parametrize("text", ["a = " + "[" * 100_000, "a = " + "{b = " * 100_000])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a = " + "[" * 100_000,
+        "a = " + "{b = " * 100_000,
+        "a" + ".a" * 100_000 + " = 1",  # an hour for tomllib
+        "[[" + "'a' . " * 100_000 + "a]]",
+        "a = {" + '"b".' * 100_000 + "b = 1}",
+    ],
+    ids=["arrays", "tables", "key", "header", "inline"],
+)
 def test_toml_nested_too_deep(tmp_path: Path, text: str) -> None:
     path = tmp_path / "deep.toml"
     path.write_text(text)

@@ -19,6 +19,8 @@ BASE = "base"
 MOST_BYTES = 2**24
 _FORMER_TABLE = {"graph": "rendezvous"}  # of keys that stood in another part, for one version
 _DECIMAL_COMMA = re.compile(r"(?m)^[^#\n\"\'\[\]]*=\s*[-+]?\d+,\d+\s*(?:#.*)?$")
+# A dotted key of 32 parts or more: the parser's time grows with their number squared.
+_LONG_KEY = re.compile(r"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -29,6 +31,8 @@ def read_toml(path: Path) -> dict[str, Any]:
         OSError: It cannot be read.
     """
     text = read_text(path, most_bytes=MOST_BYTES)
+    if _LONG_KEY.search(text):
+        raise BadInputError(f"{path} is not TOML: nested too deep")
     try:
         return tomllib.loads(text)
     except (RecursionError, MemoryError):
