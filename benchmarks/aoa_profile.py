@@ -11,6 +11,7 @@ import os
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
