@@ -2,7 +2,6 @@
 
 Run: ``python benchmarks/aoa_profile.py [--picture PNG] [--json OUT]``. A robot makes a quarter turn
 on the spot. The direct path comes from 60 degrees to the left and 25 degrees above, two echoes
-import sys
 from elsewhere in the plane, 6 dB below it together; 20 dB SNR.
 """
 

@@ -5,15 +5,18 @@ r"""Scenarios drawn from all that their fields allow, and what of their episodes
     python -m benchmarks.fuzz --scenarios 500 --seed 0
 
 Fields, types and limits are found where they are defined: a value is tried, and where it is refused
-the message says which field it was; that field is drawn again, then left as it was.
+the message says which field it was; that field is left as it was. The ends of ranges, which are
+allowed, are drawn as they stand there.
 """
 
 import argparse
+import re
 import sys
 import time
 import traceback
 import warnings
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -57,6 +60,7 @@ CHEAP: Mapping[str, tuple[int, int]] = {
 }
 # Drawn from when a scenario is made, and sizes: small rooms, where robots meet.
 SIZES_M = (0.7, 3.0, 6.0, 6.0, 12.0, 12.0, 40.0, 400.0)
+AT_A_LIMIT = 0.2  # share of numbers
 FAR = (0.0, 1e-300, 1e-9, 1e-6, 1e-4, 1e-2, 1.0, 1e2, 1e4, 1e6, 1e9, 1e300)
 
 
@@ -68,6 +72,19 @@ def _number(value: float, rng: np.random.Generator) -> float:
     if way == 1:
         return float(rng.uniform(0.0, 1.0))
     return (value or 0.5) * float(np.exp(rng.normal(0.0, 0.3 if way < 4 else 3.0)))
+
+
+@cache
+def limits(name: str) -> tuple[float, ...]:
+    """Ends of a field's range, as its refusal names them; none for a field without."""
+    if name in CHEAP:
+        return CHEAP[name]
+    try:
+        SCENARIOS["paper-hw-2"].with_overrides(**{name: 10**30 if field_kinds()[name] is int else 1e300})
+    except ValueError as refused:
+        found = re.search(rf"\b{name} must be in (\S+?)\.\.(\S+?),? ", str(refused))
+        return tuple(map(float, found.groups())) if found else ()
+    return ()
 
 
 def _polygons(size_m: float, rng: np.random.Generator) -> tuple[tuple[tuple[float, float], ...], ...]:
@@ -102,15 +119,20 @@ def _value(name: str, value: Any, fields: Mapping[str, Any], rng: np.random.Gene
     kind = field_kinds()[name]
     if name in NAMES:
         return NAMES[name][rng.integers(len(NAMES[name]))]
+    if kind not in {bool, int, float}:
+        return _tuple_of(name, fields["n_robots"], fields["size_m"], rng)
+    if kind is not bool and limits(name) and rng.random() < AT_A_LIMIT:
+        return kind(rng.choice(limits(name)))
+    return _number(value, rng) if kind is float else _count(name, rng)
+
+
+def _count(name: str, rng: np.random.Generator) -> int | bool:
+    """A number of things, or whether."""
     if name in CHEAP:
         return int(rng.integers(*CHEAP[name], endpoint=True))
-    if kind in {bool, int}:
-        if kind is bool:
-            return bool(rng.integers(2))
-        return int(rng.choice([0, 1, 2, 3, 5, 7, 100, 10**6, 10**400 % 10**30]))
-    if kind is float:
-        return _number(value, rng)
-    return _tuple_of(name, fields["n_robots"], fields["size_m"], rng)
+    if field_kinds()[name] is bool:
+        return bool(rng.integers(2))
+    return int(rng.choice([0, 1, 2, 3, 5, 7, 100, 10**6, 10**400 % 10**30]))
 
 
 def drawn_fields(seed: int) -> dict[str, Any]:

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from support.graphs import random_graph
 
 from envs.rendezvous_v0 import parallel_env
+from wifipgo.graph.distributed import solve_distributed
 from wifipgo.graph.outliers.aoa_weights import likelihood, range_aware_weights
 
 
@@ -36,3 +38,17 @@ def test_underflow_stays_harmless() -> None:
         assert likelihood(np.array([3.0]), sigma_rad=0.01)[0] == 0.0
         z, far = np.array([[5.0, 0.0, 0.0]]), np.array([3.0])
         assert range_aware_weights(z, np.array([1e-3]), far, sigma_rad=0.01)[0] == 0.0
+
+
+@pytest.mark.parametrize("faint", [1e-20, 1e-200, 1e-320])
+@pytest.mark.parametrize("dims", [2, 3])
+def test_robots_end_where_information_differs_beyond_all_digits(dims: int, faint: float) -> None:
+    """One measurement outweighs the others by more than floats have digits: found, or "not converged"."""
+    _, graph = random_graph(1, dims={2: 3, 3: 7}[dims])
+    weight = np.full(len(graph.tail), faint)
+    weight[::3] = 1.0
+    graph = graph.with_weight(weight)
+    with np.errstate(all="ignore"):
+        poses, report = solve_distributed(graph)
+    assert np.isfinite(poses).all()
+    assert report.converged in {True, False}

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.sparse import csc_array
-from scipy.sparse.linalg import splu
 
 from wifipgo import se2, se3
 from wifipgo.arithmetic import harmless_underflow
+from wifipgo.graph.factorised import factorised_sparse
 from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.subgraphs import held
 
@@ -200,7 +200,7 @@ def _solved(
     held = x.copy()
     held[free] = 0.0
     rhs = (g - H @ held.reshape(-1, c))[rows]
-    held[free] = splu(csc_array(H[rows][:, rows])).solve(rhs).reshape(len(free), k, c)
+    held[free] = factorised_sparse(H[rows][:, rows])(rhs).reshape(len(free), k, c)
     return held
 
 

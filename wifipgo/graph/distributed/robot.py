@@ -6,9 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.linalg import cho_factor, cho_solve
-from scipy.sparse import csc_array, csr_array, eye_array
-from scipy.sparse.linalg import splu
+from scipy.sparse import csr_array
 
 from wifipgo.graph.chordal import (
     GENERATORS,
@@ -23,8 +21,8 @@ from wifipgo.graph.chordal import (
     rotation_normal,
 )
 from wifipgo.graph.distributed.channel import Message
+from wifipgo.graph.factorised import Solver, factorised
 
-DENSE_UNKNOWNS = 600  # up to so many, a dense factor is faster than a sparse one
 RIDGE = 1e-9  # holds poses that nothing known reaches yet where they are
 UNKNOWN = -1  # stamp of a neighbour that was never heard
 LATEST = int(
@@ -131,7 +129,8 @@ class Robot:
 
         Measurements of neighbours that were never heard are left out (flagged
         initialisation), and the first step that all neighbours have a part in is a plain one.
-        No step goes too far that uses a value older than need be in round ``stamp``.
+        No step goes too far that uses a value older than need be in round ``stamp``, and
+        none is taken that is not finite.
         """
         if self._block is None:
             heard = [self.stamp[robot] != UNKNOWN for robot in self.knowledge.separator_of.tolist()]
@@ -141,7 +140,8 @@ class Robot:
         factor = min(relaxation, 1.0) if late else relaxation
         factor = factor if self.oldest != UNKNOWN else 1.0
         step = factor * (self._block.solve(self._told) - self.x)
-        self.x, self.moved = self.x + step, float(np.linalg.norm(step))
+        self.moved = float(np.linalg.norm(step)) if np.isfinite(step).all() else np.inf
+        self.x = self.x + step if np.isfinite(self.moved) else self.x
         self.oldest = min(self.stamp.values(), default=LATEST)
 
 
@@ -152,7 +152,7 @@ class _Block(NamedTuple):
     free: Int[np.ndarray, " free"]
     g: Float[np.ndarray, "unknowns c"]
     coupling: csr_array
-    factor: Callable[[Float[np.ndarray, "unknowns c"]], Float[np.ndarray, "unknowns c"]]
+    factor: Solver
 
     def solve(self, separators: Float[np.ndarray, "separators k c"]) -> Float[np.ndarray, "n k c"]:
         """Unknowns that are best beside these separators."""
@@ -182,15 +182,4 @@ def _block(
     held = x.copy()
     held[free] = 0.0
     g = g[rows] - H[:, : n * k] @ held.reshape(-1, c) + ridge * x[free].reshape(-1, c)
-    return _Block(x, free, g, H[:, n * k :], _factor(H[:, rows], ridge))
-
-
-def _factor(H: csr_array, ridge: float) -> Callable[[np.ndarray], np.ndarray]:
-    """Solver of H + ridge I."""
-    n = H.shape[0]
-    if n > DENSE_UNKNOWNS:
-        return splu(csc_array(H) + ridge * eye_array(n, format="csc")).solve
-    dense = H.toarray()
-    dense[np.diag_indices(n)] += ridge
-    factor = cho_factor(dense, check_finite=False)
-    return lambda rhs: cho_solve(factor, rhs, check_finite=False)
+    return _Block(x, free, g, H[:, n * k :], factorised(H[:, rows], ridge))
