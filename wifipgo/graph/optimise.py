@@ -141,7 +141,6 @@ def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) ->
     part = components(graph)
     edges = links(graph)
     kept = graph.with_weight(graph.weight * outcome.weight)
-    moved = aligned(outcome.poses, graph.poses)
     return {
         "backend": backend,
         "robust": robust,
@@ -156,8 +155,7 @@ def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) ->
         "error after, weighed": 0.5 * float(chi_squares(kept, outcome.poses).sum()),
         "chordal cost before": chordal_cost(matrices(graph.poses), edges),
         "chordal cost after": chordal_cost(matrices(outcome.poses), edges),
-        "moved in shape, RMS m": float(rmse_trans(moved, graph.poses)[0]),
-        "moved in shape, RMS deg": float(np.rad2deg(rmse_rot(moved, graph.poses)[0])),
+        **_moved(outcome.poses, graph),
         "edges weighed down": int((outcome.weight < FULL_WEIGHT).sum()),
         STEPS[backend]: sum(outcome.steps),
         "bytes sent": outcome.bytes_sent,
@@ -169,6 +167,15 @@ def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) ->
         "lines of landmarks, kept as they are": len(reading.landmarks),
         "files of no robot": ", ".join(reading.left_out) or "none",
         "lines skipped": reading.skipped,
+    }
+
+
+def _moved(poses: Float[np.ndarray, "poses dims"], graph: PoseGraph) -> dict[str, object]:
+    """How far poses moved from those of the graph, all of them aligned as one rigid body."""
+    fitted = aligned(poses, graph.poses)
+    return {
+        "moved in shape, RMS m": float(rmse_trans(fitted, graph.poses)[0]),
+        "moved in shape, RMS deg": float(np.rad2deg(rmse_rot(fitted, graph.poses)[0])),
     }
 
 
