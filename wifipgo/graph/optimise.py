@@ -138,8 +138,7 @@ def _put_back(
 def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) -> dict[str, object]:
     """What the table shows, by name; the errors are of the measurements as they were given."""
     graph = reading.graph
-    part = components(graph)
-    edges = links(graph)
+    part, edges = components(graph), links(graph)
     kept = graph.with_weight(graph.weight * outcome.weight)
     return {
         "backend": backend,
