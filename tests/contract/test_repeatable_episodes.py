@@ -45,7 +45,7 @@ def elsewhere() -> dict[str, str]:
     """Hashes of all scenarios from one other process, without checks of shapes."""
     code = (
         "import sys; sys.path.insert(0, 'tests/contract')\n"
-        "from test_trajectories import SCENARIOS, hash_of\n"
+        "from test_repeatable_episodes import SCENARIOS, hash_of\n"
         "for name in SCENARIOS: print(name, hash_of(name))"
     )
     lines = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout

@@ -25,7 +25,7 @@ GRAPH_PAGE = (ROOT / "docs" / "graph.md").read_text(encoding="utf-8")
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, *arguments],
+        [sys.executable, "-W", "error::DeprecationWarning:__main__", *arguments],  # no former names in it
         cwd=cwd,
         capture_output=True,
         text=True,
