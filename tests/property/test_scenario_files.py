@@ -121,7 +121,7 @@ def test_a_base_may_be_a_file_beside_it(tmp_path: Path) -> None:
         ("noise_scale = 2.0", r"noise_scale must be of type tuple of float, got 2\.0"),
         ("arena = 5", r"arena in .*room\.toml must be a table, \[arena\], got 5"),
         ("[[arena]]\nsize_m = 4", r"arena in .*room\.toml must be a table, \[arena\], got \[\{"),
-        ("size_m = -1", r"room\.toml: ArenaConfig\.size_m must be > 0, got -1\.0"),
+        ("size_m = -1", r"room\.toml: ArenaConfig\.size_m must be in 0\.1\.\.2000, got -1\.0"),
         (
             'wall_material = "paper"',
             r"room\.toml: unknown ArenaConfig\.wall_material 'paper'; known: brick",
