@@ -188,7 +188,7 @@ def test_a_folder_that_is_no_evaluation_is_never_replaced(tmp_path: Path) -> Non
         (["--policies", "random,random"], "policies must be all different"),
         (["--set", "n_obstacle=4"], "unknown scenario field 'n_obstacle'; known: "),
         (["--set", "n_obstacles"], "must be KEY=VALUE"),
-        (["--set", "size_m=-1"], "ArenaConfig.size_m must be > 0, got -1.0"),
+        (["--set", "size_m=-1"], "ArenaConfig.size_m must be in 0.1..2000, got -1.0"),
         (["--seed", "-1"], "seed must be >= 0"),
         (["--jobs", "-1"], "jobs must be >= 0"),
         (["--executor", "slurm"], "unknown executor 'slurm'; known: process, ray, serial"),
