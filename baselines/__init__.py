@@ -3,4 +3,4 @@
 import sys
 
 if sys.argv[:1] == ["-m"]:  # a command is about to load: Ctrl-C ends it without a traceback
-    import wifipgo.early_interrupts  # noqa: F401
+    import wifipgo.command.early_interrupts  # noqa: F401

@@ -17,10 +17,10 @@ from baselines.evaluation.jobs import EpisodesFailedError, Task, missing, run_al
 from baselines.evaluation.pictures import draw
 from baselines.evaluation.plan import Plan
 from baselines.evaluation.statistics import Estimate, Paired, Summary, summarise
-from wifipgo import results_folder
-from wifipgo.command_line import exit_code
-from wifipgo.folder_lock import held
-from wifipgo.terminal import Terminal
+from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
+from wifipgo.files import results_folder
+from wifipgo.files.folder_lock import held
 
 __all__ = [
     "Episode",
@@ -131,7 +131,7 @@ def _publish(plan: Plan, left: Plan, partial: Path, out: Path, record: Mapping[s
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run from the command line; the exit code is that of `wifipgo.command_line`."""
+    """Run from the command line; the exit code is that of `wifipgo.command.command_line`."""
     kept = "interrupted; finished episodes are kept: the same command with --resume continues"
     return exit_code(lambda: evaluate(parsed(args), console=Terminal()), interrupted=kept)
 

@@ -16,13 +16,13 @@ from baselines.evaluation.console_report import report
 from baselines.evaluation.pictures import draw
 from baselines.evaluation.plan import Plan, differences, read_record
 from baselines.evaluation.statistics import Summary, summarise
-from wifipgo import results_folder
-from wifipgo.command_line import exit_code
-from wifipgo.docstrings import documented
+from wifipgo.command.command_line import exit_code
+from wifipgo.command.docstrings import documented
+from wifipgo.command.terminal import Terminal
 from wifipgo.errors import BadInputError, require
-from wifipgo.folder_lock import held
+from wifipgo.files import results_folder
+from wifipgo.files.folder_lock import held
 from wifipgo.scenarios import scenario_from
-from wifipgo.terminal import Terminal
 
 # What may differ between the parts of one evaluation.
 _OF_A_PART = ("command", "trials", "trials_from")
@@ -128,7 +128,7 @@ def _write(plan: Plan, parts: Sequence[_Part], out: Path) -> Summary:
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run from the command line; the exit code is that of `wifipgo.command_line`."""
+    """Run from the command line; the exit code is that of `wifipgo.command.command_line`."""
 
     def job() -> None:
         merge(

@@ -13,13 +13,13 @@ from baselines.evaluation.episodes import Episode, OnTick, run_episode
 from baselines.film.config import WatchConfig, checked
 from baselines.film.video import film
 from envs.render.config import RenderConfig
-from wifipgo.atomic_files import appearing
-from wifipgo.command_line import exit_code
-from wifipgo.docstrings import documented
-from wifipgo.overrides import joined
+from wifipgo.command.command_line import exit_code
+from wifipgo.command.docstrings import documented
+from wifipgo.command.overrides import joined
+from wifipgo.command.terminal import Terminal, say
+from wifipgo.files.atomic_files import appearing
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
-from wifipgo.terminal import Terminal, say
 
 __all__ = ["WatchConfig", "main", "watch"]
 
@@ -110,7 +110,7 @@ def _report(episode: Episode, config: WatchConfig, console: Console) -> None:
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run from the command line; the exit code is that of `wifipgo.command_line`."""
+    """Run from the command line; the exit code is that of `wifipgo.command.command_line`."""
     kept = "interrupted; nothing was written"
 
     def job() -> None:

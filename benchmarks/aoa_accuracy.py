@@ -22,7 +22,7 @@ from itertools import cycle
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-from wifipgo.figures import Axes, Figure, drawing
+from wifipgo.command.figures import Axes, Figure, drawing
 
 import matplotlib as mpl
 import numpy as np
@@ -32,9 +32,9 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from wifipgo.atomic_files import write_json
-from wifipgo.command_line import exit_code
-from wifipgo.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from wifipgo.command.command_line import exit_code
+from wifipgo.command.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from wifipgo.files.atomic_files import write_json
 from wifipgo.radio import aoa
 from wifipgo.radio.aoa import cramer_rao
 from wifipgo.radio.channel import csi

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from wifipgo.figures import Figure, drawing
+from wifipgo.command.figures import Figure, drawing
 
 import matplotlib as mpl
 import numpy as np
@@ -23,9 +23,9 @@ import tyro
 from jaxtyping import Complex, Float
 from rich.console import Console
 
-from wifipgo.atomic_files import write_json
-from wifipgo.command_line import exit_code
-from wifipgo.palette import BLUE, VERMILION
+from wifipgo.command.command_line import exit_code
+from wifipgo.command.palette import BLUE, VERMILION
+from wifipgo.files.atomic_files import write_json
 from wifipgo.radio import aoa
 from wifipgo.radio.aoa.confidence import confidence
 from wifipgo.radio.channel import csi

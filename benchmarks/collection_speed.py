@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.progress import track
 
 from train import EnvsConfig, TrainConfig, environments
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
 
 _WINDOWS = 5
 

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from wifipgo.figures import Figure, drawing
+from wifipgo.command.figures import Figure, drawing
 
 import numpy as np
 import tyro
@@ -27,10 +27,10 @@ from rich.progress import track
 from rich.table import Table
 
 from benchmarks.simulated_rooms import WAVELENGTH_M, draw_link, two_way_product
-from wifipgo.atomic_files import write_json
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
+from wifipgo.command.palette import BLUE, GREEN, GREY, VERMILION
 from wifipgo.errors import require
-from wifipgo.palette import BLUE, GREEN, GREY, VERMILION
+from wifipgo.files.atomic_files import write_json
 from wifipgo.radio.aoa import azimuth_grid, find_peaks
 from wifipgo.radio.aoa.moving_aperture import aperture_profiles
 

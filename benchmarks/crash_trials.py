@@ -28,9 +28,9 @@ import tyro
 from rich.table import Table
 
 from benchmarks._crash_commands import COMMANDS, Command
-from wifipgo.command_line import BAD_INPUT, DONE, exit_code, say
+from wifipgo.command.command_line import BAD_INPUT, DONE, exit_code, say
+from wifipgo.command.terminal import Terminal
 from wifipgo.errors import DoubtfulError
-from wifipgo.terminal import Terminal
 
 KINDS = ("kill", "kill overwrite", "flip", "empty", "collide")
 SAME, REFUSED = "same", "refused by name, replaced: same"

@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks._framework_programs import FRAMEWORKS, whole_program
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
 from wifipgo.errors import pick
 
 _ROOT = Path(__file__).resolve().parents[1]

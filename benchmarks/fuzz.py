@@ -23,7 +23,7 @@ import numpy as np
 
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
 from wifipgo.errors import DoubtfulError
 from wifipgo.graph.backends import BACKENDS
 from wifipgo.graph.config import ESTIMATORS

@@ -27,8 +27,8 @@ from rich.progress import track
 from rich.table import Table
 
 from wifipgo import se2
-from wifipgo.atomic_files import write_json
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
+from wifipgo.files.atomic_files import write_json
 from wifipgo.graph.edges import Edges, select
 from wifipgo.graph.solvers import last_pose_covariances, solve
 

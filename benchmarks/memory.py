@@ -12,7 +12,7 @@ import numpy as np
 import tyro
 
 from envs.rendezvous_v0 import parallel_env
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
 from wifipgo.errors import BadInputError, DoubtfulError
 
 _STATUS = Path("/proc/self/status")

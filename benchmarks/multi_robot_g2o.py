@@ -24,9 +24,10 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from wifipgo.atomic_files import write_json
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
 from wifipgo.errors import require
+from wifipgo.files.atomic_files import write_json
+from wifipgo.files.text_files import read_json
 from wifipgo.graph.chordal import chordal_cost, chordal_optimum, links, matrices, pose_rows, two_stage
 from wifipgo.graph.distributed import DistributedConfig, solve_distributed
 from wifipgo.graph.files.g2o import read_g2o, symbols
@@ -34,7 +35,6 @@ from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers.spatial import solve_graph
 from wifipgo.graph.subgraphs import anchors, components
-from wifipgo.text_files import read_json
 
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
 DATA = Path(os.environ.get("WIFIPGO_DATA", BESIDE)) / "g2o"

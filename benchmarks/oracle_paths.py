@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from wifipgo.figures import Axes, Figure, drawing
+from wifipgo.command.figures import Axes, Figure, drawing
 
 import matplotlib as mpl
 import numpy as np
@@ -23,10 +23,10 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.reference_paths import Agreement, Reference, compare, joined, read_references, traced
-from wifipgo.atomic_files import write_json
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
+from wifipgo.command.palette import SERIES
 from wifipgo.errors import BadInputError
-from wifipgo.palette import SERIES
+from wifipgo.files.atomic_files import write_json
 
 # What is asked of the largest deviation; the reference's own float32 allows 0.1 deg at the
 # transmitter. Phase: of 95 % of the paths.

@@ -10,7 +10,7 @@ bearings* solve the same encounters with all bearings of a robot off by one angl
 
 import os
 
-from wifipgo.figures import Figure
+from wifipgo.command.figures import Figure
 
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
@@ -42,10 +42,10 @@ from rich.table import Table
 
 from baselines.reproduce.encounter_grid import ODOMETRY, encounter, encounter_grid, error_under
 from baselines.reproduce.encounters import Encounter, EncounterConfig
-from wifipgo.atomic_files import appearing, write_json
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
 from wifipgo.errors import require
-from wifipgo.npz_files import read_npz
+from wifipgo.files.atomic_files import appearing, write_json
+from wifipgo.files.npz_files import read_npz
 
 METHODS = ("none", "paper", "range_aware", "pcm", "huber", "gnc", "bearing")
 LABELS = {

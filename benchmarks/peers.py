@@ -34,8 +34,8 @@ from baselines.policies import make_policy
 from benchmarks._naive_env import NaiveEnv
 from benchmarks.speed import physics_and_lidar
 from envs.rendezvous_v0 import parallel_env
-from wifipgo.atomic_files import write_json
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
+from wifipgo.files.atomic_files import write_json
 
 _WINDOWS = 3
 _N_ACTIONS = 64

@@ -26,8 +26,8 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from wifipgo.atomic_files import write_json
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
+from wifipgo.files.atomic_files import write_json
 from wifipgo.radio import aoa
 from wifipgo.radio.channel import csi
 from wifipgo.radio.propagation.materials import Slab

@@ -9,7 +9,7 @@ all links by the expected error of their own profiles. Intervals: 95 %, bootstra
 
 import os
 
-from wifipgo.figures import Axes, Figure, drawing
+from wifipgo.command.figures import Axes, Figure, drawing
 
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
@@ -27,10 +27,10 @@ from rich.progress import track
 from rich.table import Table
 from scipy.stats import bootstrap
 
-from wifipgo.atomic_files import write_json
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
+from wifipgo.command.palette import BLUE, FRAME, GREY, VERMILION
 from wifipgo.errors import BadInputError
-from wifipgo.palette import BLUE, FRAME, GREY, VERMILION
+from wifipgo.files.atomic_files import write_json
 from wifipgo.radio.aoa.confidence import confidences, least_confident
 from wifipgo.radio.recordings.recorded_link import Link, bearing
 from wifipgo.radio.recordings.wsr_dataset import read_links

@@ -13,10 +13,10 @@ from jaxtyping import Float, Int
 from scipy.optimize import linear_sum_assignment
 
 from wifipgo.errors import BadInputError, pick, require
+from wifipgo.files.text_files import read_json
 from wifipgo.radio.propagation.materials import CARRIER_LIMITS_HZ, MATERIALS, Material, Slab
 from wifipgo.radio.propagation.paths import Paths, Surfaces, surfaces_of, trace_paths
 from wifipgo.se2 import wrap_angle
-from wifipgo.text_files import read_json
 
 # Paths of equal order that differ by more than this are never the same one. A hundred times
 # what is asked of ours, so that a wrong delay shows as a deviation and not only as a miss.

@@ -27,8 +27,8 @@ from rich.table import Table
 from baselines.evaluate import run_episode
 from envs.render.config import RenderConfig
 from envs.render.viewer import Viewer
-from wifipgo.atomic_files import write_json
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
+from wifipgo.files.atomic_files import write_json
 from wifipgo.scenarios import SCENARIOS
 from wifipgo.state import Tick, World
 

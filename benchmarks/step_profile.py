@@ -28,8 +28,8 @@ from rich.table import Table
 
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
-from wifipgo.atomic_files import write_json
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
+from wifipgo.files.atomic_files import write_json
 from wifipgo.loop import iteration
 from wifipgo.world import map_accuracy
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from wifipgo.figures import Axes, Figure
+from wifipgo.command.figures import Axes, Figure
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -12,8 +12,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Polygon
 
 from envs._rendezvous import RendezvousEnv
-from wifipgo.atomic_files import appearing
-from wifipgo.palette import ROBOTS
+from wifipgo.command.palette import ROBOTS
+from wifipgo.files.atomic_files import appearing
 from wifipgo.world.polygons import area_m2, convex_parts
 
 # Okabe and Ito's palette, which colour-blind readers tell apart.

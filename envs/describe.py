@@ -21,12 +21,12 @@ from envs._describe_tables import (
 )
 from envs._rendezvous import RendezvousEnv
 from wifipgo.coerce import settings
-from wifipgo.command_line import exit_code
-from wifipgo.docstrings import documented
+from wifipgo.command.command_line import exit_code
+from wifipgo.command.docstrings import documented
+from wifipgo.command.overrides import Overrides, joined
+from wifipgo.command.terminal import Terminal
 from wifipgo.errors import require
-from wifipgo.overrides import Overrides, joined
 from wifipgo.scenarios import Scenario, scenario_named, scenario_toml
-from wifipgo.terminal import Terminal
 
 # Columns of tables that go to a file or another program.
 _WIDTH = 132
@@ -98,7 +98,7 @@ def _describe(scenario: Scenario, config: DescribeConfig, console: Console) -> N
 
 def _draw(path: Path, env: RendezvousEnv, seed: int) -> None:
     """Draw the room, under the project's own settings."""
-    from wifipgo.figures import drawing  # noqa: PLC0415 (matplotlib loads slowly, and only here)
+    from wifipgo.command.figures import drawing  # noqa: PLC0415 (matplotlib loads slowly, and only here)
 
     with drawing(path, asked_for=True):
         from envs._describe_picture import draw_room  # noqa: PLC0415
@@ -107,7 +107,7 @@ def _draw(path: Path, env: RendezvousEnv, seed: int) -> None:
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run from the command line; the exit code is that of `wifipgo.command_line`."""
+    """Run from the command line; the exit code is that of `wifipgo.command.command_line`."""
     console = Terminal() if sys.stdout.isatty() else Terminal(width=_WIDTH)
     config = partial(tyro.cli, documented(DescribeConfig), prog="python -m envs.describe", args=joined(args))
     return exit_code(lambda: describe(config(), console=console))

@@ -8,7 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 if sys.argv[:1] == ["-m"]:  # a command is about to load: Ctrl-C ends it without a traceback
-    import wifipgo.early_interrupts  # noqa: F401
+    import wifipgo.command.early_interrupts  # noqa: F401
 
 if TYPE_CHECKING:
     from train._config import EnvsConfig, TrainConfig

@@ -27,12 +27,12 @@ from baselines.policies.learned.network import (
     plain,
     refuse_other_layout,
 )
-from wifipgo.atomic_files import appearing, write_json
 from wifipgo.errors import BadInputError, require
-from wifipgo.npz_files import read_npz
-from wifipgo.results_folder import note
+from wifipgo.files.atomic_files import appearing, write_json
+from wifipgo.files.npz_files import read_npz
+from wifipgo.files.results_folder import note
+from wifipgo.files.text_files import read_json
 from wifipgo.scenarios import Scenario
-from wifipgo.text_files import read_json
 
 TRAINING, POLICY, STATE = "training.npz", "policy.npz", "state.json"
 _FILES = (TRAINING, POLICY, STATE)

@@ -11,7 +11,7 @@ import tyro
 from train._config import TrainConfig
 from train._yaml import read_settings
 from wifipgo.coerce import fitted
-from wifipgo.docstrings import documented
+from wifipgo.command.docstrings import documented
 from wifipgo.errors import BadInputError, UnknownNameError, require
 
 # What may change when a run is continued; ``ppo.agent_steps`` says how far to go.

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import cloudpickle
 
 from train._env_batch import Batch, Maker
-from wifipgo.processes import one_thread_each, settle_in
+from wifipgo.command.processes import one_thread_each, settle_in
 
 _PATIENCE_S = 5.0
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from wifipgo.figures import Figure, drawing
+from wifipgo.command.figures import Figure, drawing
 
 import numpy as np
 import pandas as pd
@@ -14,8 +14,8 @@ from baselines.policies import Policy
 from baselines.policies.learned.network import Network
 from baselines.policies.learned.policy import LearnedPolicy
 from train._config import SelectionConfig
-from wifipgo.atomic_files import appearing
 from wifipgo.errors import require
+from wifipgo.files.atomic_files import appearing
 from wifipgo.scenarios import Scenario
 
 LEARNED = "learned"

@@ -13,10 +13,10 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from wifipgo.atomic_files import write_json
 from wifipgo.errors import BadInputError, quoted, require
-from wifipgo.results_folder import note
-from wifipgo.text_files import read_json
+from wifipgo.files.atomic_files import write_json
+from wifipgo.files.results_folder import note
+from wifipgo.files.text_files import read_json
 
 _NAME = re.compile(r"iteration-([0-9]{9})")
 _BLOCK = 1 << 20

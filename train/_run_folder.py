@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from wifipgo.errors import require
-from wifipgo.results_folder import check_free, is_of, remove
+from wifipgo.files.results_folder import check_free, is_of, remove
 
 
 def check_claim(out: Path, kind: str, *, resume: bool, overwrite: bool) -> None:

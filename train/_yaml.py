@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from wifipgo.errors import BadInputError, quoted
-from wifipgo.text_files import MOST_DIGITS, read_text
+from wifipgo.files.text_files import MOST_DIGITS, read_text
 
 MOST_BYTES = 1 << 20
 MOST_LEVELS = 32

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 from baselines.evaluation.command import exit_code
-from wifipgo.extras import load_extra
+from wifipgo.command.extras import load_extra
 
 if TYPE_CHECKING:
     from train.training import Run, digest, train
@@ -20,7 +20,7 @@ __all__ = ["Run", "digest", "main", "train"]
 
 def _load(*modules: str) -> None:
     """Load packages of the extra, matplotlib under our settings before any of them loads it."""
-    import wifipgo.figures  # noqa: F401, PLC0415 (torch's users load matplotlib, which refuses some back-ends)
+    import wifipgo.command.figures  # noqa: F401, PLC0415 (torch's users load matplotlib, which refuses some back-ends)
 
     load_extra("train.ppo", "train", *modules)
 

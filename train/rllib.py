@@ -21,14 +21,14 @@ from train._rllib_algorithm import ROBOT, exported, make_algorithm
 from train._rllib_checkpoints import RllibCheckpoints, Saved
 from train._rllib_config import RllibConfig, changed_settings, check_runners, settings_of
 from train._run_folder import check_claim, claim
-from wifipgo.atomic_files import write_json
-from wifipgo.docstrings import documented
+from wifipgo.command.docstrings import documented
+from wifipgo.command.terminal import say
 from wifipgo.errors import require
-from wifipgo.folder_lock import held
-from wifipgo.results_folder import begin, note
+from wifipgo.files.atomic_files import write_json
+from wifipgo.files.folder_lock import held
+from wifipgo.files.results_folder import begin, note
+from wifipgo.files.text_files import read_json
 from wifipgo.scenarios import Scenario, scenario_named
-from wifipgo.terminal import say
-from wifipgo.text_files import read_json
 
 __all__ = ["RllibConfig", "exported", "main", "train"]
 

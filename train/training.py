@@ -26,12 +26,12 @@ from train._rollouts import environments, scenarios_of
 from train._run_folder import claim
 from train._versions import versions
 from train._yaml import read_settings, written
-from wifipgo.atomic_files import write_json, write_text
+from wifipgo.command.terminal import say
 from wifipgo.errors import require
-from wifipgo.folder_lock import held
-from wifipgo.results_folder import begin, note
+from wifipgo.files.atomic_files import write_json, write_text
+from wifipgo.files.folder_lock import held
+from wifipgo.files.results_folder import begin, note
 from wifipgo.scenarios import Scenario
-from wifipgo.terminal import say
 from wifipgo.threads import one_thread
 
 __all__ = ["Run", "digest", "train"]

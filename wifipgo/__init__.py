@@ -7,7 +7,7 @@ module that it belongs to.
 
 from typing import TYPE_CHECKING
 
-import wifipgo.early_interrupts  # noqa: F401 (first: what follows takes long to load)
+import wifipgo.command.early_interrupts  # noqa: F401 (first: what follows takes long to load)
 from wifipgo.errors import BadInputError, NumericalError
 from wifipgo.former_names import answer_to_former_names, of_face
 from wifipgo.graph.edges import Edges

@@ -59,7 +59,7 @@ FORMER: Mapping[str, str] = MappingProxyType(
         "wifipgo.settings": "wifipgo.coerce",
         "wifipgo.stocktaking": "wifipgo.loop.uncertainty",
         "wifipgo.survey": "wifipgo.world.coverage_belief",
-        "wifipgo.whole_files": "wifipgo.atomic_files",
+        "wifipgo.whole_files": "wifipgo.files.atomic_files",
         "wifipgo.world.maps": "wifipgo.world.map_checks",
     }
 )

@@ -12,8 +12,8 @@ from baselines.evaluation.plan import Plan, read_record
 from baselines.policies import POLICIES
 from baselines.policies.specs import split_list
 from wifipgo.coerce import settings
-from wifipgo.docstrings import documented
-from wifipgo.overrides import Overrides, joined
+from wifipgo.command.docstrings import documented
+from wifipgo.command.overrides import Overrides, joined
 from wifipgo.scenarios import Scenario, scenario_from, scenario_named
 from wifipgo.scenarios.toml_files import SUFFIX
 

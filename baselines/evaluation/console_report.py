@@ -9,7 +9,7 @@ from rich.text import Text
 
 from baselines.evaluation.plan import Plan
 from baselines.evaluation.statistics import Estimate, Paired, Summary
-from wifipgo.terminal import say
+from wifipgo.command.terminal import say
 
 # More policies than this make a ladder: one row each, the best score first.
 _SIDE_BY_SIDE = 3

@@ -12,9 +12,9 @@ from jaxtyping import Float, Shaped
 
 from baselines.policies import Oracle, Policy, make_policy
 from envs.rendezvous_v0 import parallel_env
-from wifipgo.atomic_files import write_sealed
+from wifipgo.files.atomic_files import write_sealed
+from wifipgo.files.npz_files import read_sealed_npz
 from wifipgo.graph.metrics import ate_rot, ate_trans
-from wifipgo.npz_files import read_sealed_npz
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World

@@ -20,8 +20,8 @@ from typing import Any, Generic, TypeVar
 
 from baselines.evaluation.errands import answer, carried_out, packed
 from baselines.evaluation.ray_cluster import far_errand, first_line, joined, load_ray
+from wifipgo.command.processes import one_thread_each, settle_in
 from wifipgo.errors import pick, require
-from wifipgo.processes import one_thread_each, settle_in
 
 EXECUTORS: Mapping[str, str] = MappingProxyType(
     {

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple, Protocol
 
 from baselines.evaluation.episodes import Episode, run_episode
 from baselines.evaluation.executors import Executor, Work
-from wifipgo.atomic_files import read_sealed
-from wifipgo.command_line import say
+from wifipgo.command.command_line import say
 from wifipgo.errors import BadInputError, DoubtfulError
+from wifipgo.files.atomic_files import read_sealed
 from wifipgo.scenarios import Scenario
 
 

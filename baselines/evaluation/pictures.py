@@ -9,7 +9,7 @@ from baselines.evaluation.run_folder import PICTURES, Tables, first_trial
 
 def draw(out: Path, plan: Plan, tables: Tables) -> None:
     """Draw ``err.png`` from the tables and ``arena.png`` from the first trial; what fails is a warning."""
-    from wifipgo.figures import drawing  # noqa: PLC0415
+    from wifipgo.command.figures import drawing  # noqa: PLC0415
 
     from baselines.evaluation import plots  # noqa: PLC0415 (matplotlib loads slowly, and only here)
 

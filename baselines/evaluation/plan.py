@@ -15,8 +15,8 @@ from baselines.evaluation.episodes import trial_seed
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.errors import BadInputError, require
+from wifipgo.files.text_files import read_json
 from wifipgo.scenarios import SCENARIOS, Scenario
-from wifipgo.text_files import read_json
 
 _RECORD: Mapping[str, type] = {"scenario": dict, "policies": list, "trials": int, "seed": int}
 _PACKAGES = ("wifipgo", "numpy", "gtsam", "pymunk", "pettingzoo")

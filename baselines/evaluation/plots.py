@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from wifipgo.figures import Axes, Figure
+from wifipgo.command.figures import Axes, Figure
 
 import matplotlib as mpl
 import numpy as np
@@ -19,8 +19,8 @@ from baselines.evaluation.episodes import Episode
 from baselines.evaluation.plan import Plan
 from baselines.evaluation.run_folder import Tables
 from baselines.evaluation.statistics import bootstrap
+from wifipgo.command.palette import ROBOTS, SERIES, YELLOW
 from wifipgo.errors import require
-from wifipgo.palette import ROBOTS, SERIES, YELLOW
 
 DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), "-.")
 STYLE: dict[Any, Any] = {

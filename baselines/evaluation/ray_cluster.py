@@ -9,9 +9,9 @@ from contextlib import contextmanager
 from ipaddress import ip_address
 from typing import Any
 
+from wifipgo.command.extras import load_extra
+from wifipgo.command.processes import THREADS
 from wifipgo.errors import BadInputError
-from wifipgo.extras import load_extra
-from wifipgo.processes import THREADS
 
 _PATIENCE_S = 10.0
 _SETTINGS = {"log_to_driver": False, "logging_level": "error"}

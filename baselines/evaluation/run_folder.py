@@ -17,9 +17,9 @@ import pandas as pd
 from baselines.evaluation.episodes import Episode
 from baselines.evaluation.plan import differences, read_record, refuse_differing
 from baselines.evaluation.statistics import Summary
-from wifipgo import results_folder
-from wifipgo.atomic_files import write_json
 from wifipgo.errors import BadInputError
+from wifipgo.files import results_folder
+from wifipgo.files.atomic_files import write_json
 
 PICTURES = ("err.png", "arena.png")
 FIRST = "first-trial"

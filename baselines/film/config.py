@@ -14,9 +14,9 @@ from baselines.film.video import KINDS, check_target
 from baselines.policies import make_policy
 from envs.render.config import DEFAULT_HEIGHT_PX, RenderConfig
 from wifipgo.coerce import settings
+from wifipgo.command.extras import find_extra
+from wifipgo.command.overrides import Overrides
 from wifipgo.errors import require
-from wifipgo.extras import find_extra
-from wifipgo.overrides import Overrides
 from wifipgo.scenarios import Scenario, scenario_named
 
 _RECORDINGS: Mapping[str, str] = MappingProxyType({".rrd": "for the Rerun viewer"})

@@ -9,8 +9,8 @@ import rerun.blueprint as rrb
 from jaxtyping import Float
 
 from envs.render.scene import Scene, lobes, scene_of
+from wifipgo.command.palette import CALL, LOBE, MEETING, OBSTACLE, WALL, rate_colours, robot_colour
 from wifipgo.graph.metrics import ate_rot, ate_trans
-from wifipgo.palette import CALL, LOBE, MEETING, OBSTACLE, WALL, rate_colours, robot_colour
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief, Tick, World

@@ -10,8 +10,8 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import UInt8
 
-from wifipgo.atomic_files import appearing
 from wifipgo.errors import pick, require
+from wifipgo.files.atomic_files import appearing
 
 Frame = UInt8[np.ndarray, "height width 3"]
 Add = Callable[[np.ndarray], None]

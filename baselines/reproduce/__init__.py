@@ -1,3 +1,3 @@
 """The paper's figures and claims, regenerated and judged: ``python -m baselines.reproduce --help``."""
 
-from wifipgo import figures as figures  # before all that loads matplotlib
+from wifipgo.command import figures as figures  # before all that loads matplotlib

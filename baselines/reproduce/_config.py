@@ -9,7 +9,7 @@ from typing import Annotated
 import tyro
 
 from baselines.evaluation.executors import Executor
-from wifipgo.docstrings import documented
+from wifipgo.command.docstrings import documented
 from wifipgo.errors import require
 
 

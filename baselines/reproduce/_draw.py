@@ -6,7 +6,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from wifipgo.figures import Axes, Figure, drawing
+from wifipgo.command.figures import Axes, Figure, drawing
 
 import matplotlib as mpl
 import numpy as np
@@ -16,7 +16,7 @@ from PIL import Image
 from baselines.evaluation.episodes import Episode
 from baselines.evaluation.plots import STYLE, band
 from baselines.reproduce._measures import mean_curves
-from wifipgo.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from wifipgo.command.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 
 LOOKS: dict[str, tuple[str, Any]] = {
     "active": (BLUE, "-"),

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from wifipgo.figures import Axes
+from wifipgo.command.figures import Axes
 
 import numpy as np
 import pandas as pd
@@ -12,8 +12,8 @@ from matplotlib.figure import SubFigure
 
 from baselines.reproduce import _draw
 from baselines.reproduce._outlier_trials import METHODS
+from wifipgo.command.palette import BLUE, ORANGE, PURPLE, VERMILION
 from wifipgo.graph.outliers.aoa_weights import PAPER_GATE_RAD, likelihood
-from wifipgo.palette import BLUE, ORANGE, PURPLE, VERMILION
 
 SAMPLES = 100  # AOA samples in the picture, as in the paper
 SHOWN = {"none": "before", "paper": "after\n(Eq. 11)", "huber": "Huber", "bearing": "bearings\n(default)"}

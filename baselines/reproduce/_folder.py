@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from baselines.evaluation.plan import differences, refuse_differing
-from wifipgo import results_folder
-from wifipgo.atomic_files import write_json
-from wifipgo.command_line import say
+from wifipgo.command.command_line import say
 from wifipgo.errors import BadInputError, require
-from wifipgo.text_files import read_json
+from wifipgo.files import results_folder
+from wifipgo.files.atomic_files import write_json
+from wifipgo.files.text_files import read_json
 
 CONFIG, CLAIMS, PAGE, EPISODES, FAILURES = (
     "config.json",

@@ -13,12 +13,12 @@ from baselines.reproduce.encounter_grid import encounter, error_under, ground_tr
 from baselines.reproduce.encounters import EncounterConfig
 from envs.rendezvous_v0 import parallel_env
 from wifipgo import se2
-from wifipgo.atomic_files import write_sealed
+from wifipgo.files.atomic_files import write_sealed
+from wifipgo.files.npz_files import read_sealed_npz
 from wifipgo.graph.bearings import bearing_residuals, heard_along
 from wifipgo.graph.edges import select
 from wifipgo.graph.outliers.aoa_weights import bearing, likelihood
 from wifipgo.graph.outliers.methods import solve_robust
-from wifipgo.npz_files import read_sealed_npz
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick
 

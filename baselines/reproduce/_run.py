@@ -21,10 +21,10 @@ from baselines.reproduce._figures import FIGURES, chosen
 from baselines.reproduce._folder import done
 from baselines.reproduce._page import page, with_summary
 from baselines.reproduce._runs import TRIALS, Setting
-from wifipgo.atomic_files import write_json
-from wifipgo.folder_lock import held
-from wifipgo.terminal import say
-from wifipgo.text_files import read_json
+from wifipgo.command.terminal import say
+from wifipgo.files.atomic_files import write_json
+from wifipgo.files.folder_lock import held
+from wifipgo.files.text_files import read_json
 
 
 def reproduce(config: ReproduceConfig, *, console: Console | None = None) -> dict[str, Any]:

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
-from wifipgo.figures import Figure
+from wifipgo.command.figures import Figure
 
 import numpy as np
 import pandas as pd

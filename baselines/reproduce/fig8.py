@@ -3,7 +3,7 @@
 from itertools import product
 from pathlib import Path
 
-from wifipgo.figures import Axes
+from wifipgo.command.figures import Axes
 
 import numpy as np
 

@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float, Int
 from envs.render import marks
 from envs.render.scene import Camera, Scene
 from envs.render.text import write
-from wifipgo import palette
+from wifipgo.command import palette
 from wifipgo.scenarios import Scenario
 from wifipgo.state import World
 from wifipgo.world.coverage import CELL_M

@@ -9,7 +9,7 @@ import pygame
 from jaxtyping import Float
 from pygame import gfxdraw
 
-from wifipgo.palette import CALL, INK, LOBE, MEETING, PAPER, SEEN, Colour, mixed, rate_colours
+from wifipgo.command.palette import CALL, INK, LOBE, MEETING, PAPER, SEEN, Colour, mixed, rate_colours
 
 Surface = pygame.Surface
 

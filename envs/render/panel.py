@@ -9,7 +9,7 @@ from envs.render import marks
 from envs.render.config import RenderConfig
 from envs.render.scene import Scene
 from envs.render.text import write
-from wifipgo import palette
+from wifipgo.command import palette
 from wifipgo.radio.channel.bands import band_of
 from wifipgo.scenarios import Scenario
 from wifipgo.state import World

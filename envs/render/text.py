@@ -4,7 +4,7 @@ import functools
 
 import pygame
 
-from wifipgo.palette import INK, Colour
+from wifipgo.command.palette import INK, Colour
 
 # Letters are drawn this much larger and scaled down: small ones would otherwise stand unevenly.
 _OVERSAMPLE = 4

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from wifipgo.command_line import exit_code, printable
+from wifipgo.command.command_line import exit_code, printable
+from wifipgo.command.terminal import Terminal, say
 from wifipgo.errors import BadInputError, DoubtfulError, NumericalError
-from wifipgo.terminal import Terminal, say
 
 ROOT = Path(__file__).parents[2]
 
@@ -66,9 +66,8 @@ def test_control_characters_are_spelled_out(capsys: pytest.CaptureFixture[str]) 
 
 def ended(program: str, *, encoding: str = "utf-8", shell: str = "{}") -> subprocess.CompletedProcess[bytes]:
     """Run a program in a shell's pipeline, with the standard streams of an encoding."""
-    head = (
-        "import sys; from wifipgo.command_line import exit_code, say; from wifipgo.terminal import Terminal; "
-    )
+    head = "import sys; from wifipgo.command.command_line import exit_code, say; "
+    head += "from wifipgo.command.terminal import Terminal; "
     command = shell.format(f'"{sys.executable}" -c "$PROGRAM"')
     environment = {"PYTHONPATH": ":".join(sys.path), "PROGRAM": head + program, "PATH": "/bin:/usr/bin"}
     return subprocess.run(

@@ -15,7 +15,7 @@ from baselines.evaluate import Episode, EpisodesFailedError, EvaluateConfig, mai
 from baselines.evaluation import jobs
 from baselines.evaluation.run_folder import FILES, FIRST, PICTURES
 from baselines.policies import make_policy
-from wifipgo.results_folder import MANIFEST, partial_of
+from wifipgo.files.results_folder import MANIFEST, partial_of
 from wifipgo.scenarios import scenario_named
 
 SHORT = ("n_steps=4",)

@@ -12,7 +12,7 @@ from baselines.evaluate import EvaluateConfig, evaluate
 from baselines.evaluation import jobs, run_folder
 from baselines.evaluation.episodes import Episode, run_episode
 from baselines.merge import main
-from wifipgo.results_folder import partial_of
+from wifipgo.files.results_folder import partial_of
 
 NAMES_IT = {"config.json", "manifest.jsonl"}  # files that say where they are
 TABLES = ("episodes.parquet", "steps.parquet", "summary.json")

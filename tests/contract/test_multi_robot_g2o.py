@@ -9,7 +9,7 @@ from support.data_dir import data_dir
 from support.graphs import random_graph
 
 from benchmarks.multi_robot_g2o import G2oConfig, main
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
 from wifipgo.graph.files.g2o import write_g2o
 
 

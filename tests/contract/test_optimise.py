@@ -12,12 +12,12 @@ import pytest
 from support.graphs import between, compose, small
 
 from wifipgo import se3
+from wifipgo.command.processes import in_a_process
 from wifipgo.errors import NumericalError
 from wifipgo.graph.files.g2o import read_g2o, write_g2o
 from wifipgo.graph.files.tum_kitti import read_tum
 from wifipgo.graph.optimise import Backend, Robust, main, optimise, run
 from wifipgo.graph.posegraph import PoseGraph, pose_graph
-from wifipgo.processes import in_a_process
 
 
 def meeting_team(seed: int, *, dims: int, n_wrong: int = 0, poses: int = 12) -> tuple[np.ndarray, PoseGraph]:
@@ -222,8 +222,8 @@ def test_results_outlive_the_picture_and_names_are_printed_plain(
 def test_ctrl_c_ends_what_hears_no_signal_at_once() -> None:
     """The process that computes leaves Ctrl-C alone, as a native loop does; its parent ends it."""
     code = "import os, signal, threading, time\n"
-    code += "from functools import partial\nfrom wifipgo.command_line import exit_code\n"
-    code += "from wifipgo.processes import in_a_process\n"
+    code += "from functools import partial\nfrom wifipgo.command.command_line import exit_code\n"
+    code += "from wifipgo.command.processes import in_a_process\n"
     code += "threading.Timer(0.5, partial(os.kill, os.getpid(), signal.SIGINT)).start()\n"
     code += "raise SystemExit(exit_code(lambda: in_a_process(partial(time.sleep, 600))))"
     command = [sys.executable, "-c", code]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from support import said_and_done
 
-from wifipgo.docstrings import docstring_of
+from wifipgo.command.docstrings import docstring_of
 
 ROOT = Path(__file__).parents[2]
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from wifipgo import results_folder
-from wifipgo.atomic_files import read_sealed, write_sealed
 from wifipgo.errors import BadInputError
-from wifipgo.folder_lock import held
+from wifipgo.files import results_folder
+from wifipgo.files.atomic_files import read_sealed, write_sealed
+from wifipgo.files.folder_lock import held
 
 KIND = "evaluate"
 
@@ -102,7 +102,7 @@ def test_a_lock_is_held_by_one_and_by_no_dead_process(tmp_path: Path) -> None:
         with held(tmp_path / "other"):
             pass
     assert not lock.exists()
-    head = "import os, sys; from pathlib import Path; from wifipgo.folder_lock import held; "
+    head = "import os, sys; from pathlib import Path; from wifipgo.files.folder_lock import held; "
     dying = f"{head} lock = held(Path(sys.argv[1])); lock.__enter__(); os._exit(9)"
     subprocess.run([sys.executable, "-c", dying, str(tmp_path / "out")], check=False, cwd=Path.cwd())
     assert lock.exists()

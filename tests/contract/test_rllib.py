@@ -17,7 +17,7 @@ from baselines.evaluate import run_episode
 from baselines.policies.learned.network import load_network
 from train import TranslatedEnv, rllib
 from train.rllib import RllibConfig, exported, main
-from wifipgo.folder_lock import held
+from wifipgo.files.folder_lock import held
 from wifipgo.scenarios import scenario_named
 
 

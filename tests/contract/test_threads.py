@@ -12,7 +12,7 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from baselines.evaluate import EvaluateConfig, evaluate
-from wifipgo.processes import THREADS
+from wifipgo.command.processes import THREADS
 from wifipgo.threads import one_thread
 
 TESTS = Path(__file__).parents[1]

@@ -12,7 +12,7 @@ pytest.importorskip("stable_baselines3")
 from train._config import HELD_OUT_SEED
 from train._config_files import read_yaml
 from train.training import Run
-from wifipgo.folder_lock import held
+from wifipgo.files.folder_lock import held
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from support.project_files import FLOORS, python_files, syntax
 PROJECT = {
     name: path
     for name, path in python_files(*FLOORS, "benchmarks").items()
-    if name != "wifipgo/figures.py"  # the one that loads it
+    if name != "wifipgo/command/figures.py"  # the one that loads it
 }
 
 
@@ -24,7 +24,7 @@ def test_settings_come_before_matplotlib(name: str) -> None:
     """A back-end that is not there (MPLBACKEND of a notebook) stops whoever imports matplotlib first."""
     order = [module for node in ast.walk(syntax(PROJECT[name])) for module in imported(node)]
     first = [k for k, module in enumerate(order) if module.split(".")[0] == "matplotlib"]
-    assert not first or "wifipgo.figures" in order[: first[0]]
+    assert not first or "wifipgo.command.figures" in order[: first[0]]
 
 
 @pytest.mark.parametrize("name", PROJECT)

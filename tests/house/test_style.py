@@ -146,4 +146,4 @@ def test_colours_have_names() -> None:
         yield from (t for t in texts if isinstance(t, str) and re.fullmatch(r"#[0-9a-fA-F]{6}", t))
 
     found = offenders(mixed, *ALL)
-    assert set(found) == {"wifipgo/palette.py"}
+    assert set(found) == {"wifipgo/command/palette.py"}

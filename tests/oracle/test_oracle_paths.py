@@ -10,7 +10,7 @@ from support.data_dir import data_dir
 
 from benchmarks.oracle_paths import OracleConfig, main
 from benchmarks.reference_paths import compare, read_references
-from wifipgo.command_line import exit_code
+from wifipgo.command.command_line import exit_code
 
 
 def fixture(name: str = "room_6x5_4_metal_boxes") -> dict[str, Any]:

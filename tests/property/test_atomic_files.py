@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from wifipgo.atomic_files import appearing, write_json, write_text
+from wifipgo.files.atomic_files import appearing, write_json, write_text
 
 
 def cut_short(path: Path, *, by_suffix: bool) -> None:

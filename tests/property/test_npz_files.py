@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wifipgo.atomic_files import write_sealed
 from wifipgo.errors import BadInputError
-from wifipgo.npz_files import read_npz, read_sealed_npz
+from wifipgo.files.atomic_files import write_sealed
+from wifipgo.files.npz_files import read_npz, read_sealed_npz
 
 ARRAYS = {
     "mean": np.linspace(0.0, 1.0, 7),

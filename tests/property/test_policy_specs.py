@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from baselines.policies import POLICIES
 from baselines.policies.specs import split_list, split_spec
 from wifipgo.coerce import settings
+from wifipgo.command.overrides import joined
 from wifipgo.errors import BadInputError
-from wifipgo.overrides import joined
 
 PATHS = [
     "/x/2026-01-02T12:30:00/policy.npz",

@@ -9,7 +9,7 @@ from baselines.evaluation.episodes import run_episode
 from envs.render.config import RenderConfig
 from envs.render.scene import SIGMAS_95, Camera, lobes, rings, scene_of
 from envs.render.viewer import Viewer
-from wifipgo import palette
+from wifipgo.command import palette
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario, scenario_named
 from wifipgo.state import Tick, World

@@ -9,8 +9,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from wifipgo.errors import BadInputError, TextFileError
+from wifipgo.files.text_files import number, read_json, read_lines, read_text, whole_number
 from wifipgo.scenarios.toml_files import read_toml
-from wifipgo.text_files import number, read_json, read_lines, read_text, whole_number
 
 PLAIN = st.text(st.characters(exclude_categories=["Cc", "Cs"], exclude_characters="\ufeff"))
 

@@ -17,10 +17,11 @@ import numpy as np
 import tyro
 from jaxtyping import Float, Int
 
-from wifipgo.command_line import exit_code, printable, say
-from wifipgo.docstrings import documented
+from wifipgo.command.command_line import exit_code, printable, say
+from wifipgo.command.docstrings import documented
+from wifipgo.command.processes import in_a_process
 from wifipgo.errors import DoubtfulError, require
-from wifipgo.folder_lock import held
+from wifipgo.files.folder_lock import held
 from wifipgo.graph.accuracy import aligned, rmse_rot, rmse_trans
 from wifipgo.graph.chordal import chordal_cost, links, matrices
 from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport
@@ -32,7 +33,6 @@ from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers.spatial import FULL_WEIGHT, solve_graph
 from wifipgo.graph.subgraphs import components
-from wifipgo.processes import in_a_process
 
 Backend = Literal["gtsam", "distributed"]
 Robust = Literal["none", "huber", "gnc", "pcm"]
@@ -240,7 +240,7 @@ def _stoppable(job: Callable[[], Outcome], *, long: bool) -> Outcome:
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run from the command line; the exit code is that of `wifipgo.command_line`."""
+    """Run from the command line; the exit code is that of `wifipgo.command.command_line`."""
     return exit_code(lambda: tyro.cli(documented(run), prog="python -m wifipgo.graph.optimise", args=args))
 
 

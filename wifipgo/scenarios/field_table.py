@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from wifipgo.coerce import type_name
-from wifipgo.docstrings import docstring_of
+from wifipgo.command.docstrings import docstring_of
 from wifipgo.errors import BadInputError
 from wifipgo.scenarios import Scenario, field_kinds, field_owners, part_types
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from wifipgo.errors import BadInputError, UnknownNameError, quoted, require
-from wifipgo.text_files import read_text
+from wifipgo.files.text_files import read_text
 
 SUFFIX = ".toml"
 BASE = "base"

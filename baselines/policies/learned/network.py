@@ -16,11 +16,11 @@ from jaxtyping import Float
 from baselines.policies.learned.network_checks import Sizes, check_layers, layers_of
 from baselines.policies.learned.ray_interface import N_WHOLE
 from envs.rendezvous_v0 import layout
-from wifipgo.atomic_files import appearing
 from wifipgo.errors import BadInputError, require
-from wifipgo.npz_files import read_npz
+from wifipgo.files.atomic_files import appearing
+from wifipgo.files.npz_files import read_npz
+from wifipgo.files.text_files import parsed_json
 from wifipgo.scenarios import Scenario
-from wifipgo.text_files import parsed_json
 from wifipgo.world.lidar import N_LIDAR_RAYS
 
 FORMAT = 1

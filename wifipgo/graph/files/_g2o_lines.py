@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt
 
 from wifipgo.errors import GraphFileError, quoted
+from wifipgo.files.text_files import number, read_lines, whole_number
 from wifipgo.graph.posegraph import FREEDOM, UNIT_LENGTH_ATOL, PoseGraph, is_information
-from wifipgo.text_files import number, read_lines, whole_number
 
 
 class Form(NamedTuple):

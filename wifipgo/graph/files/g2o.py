@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Int, UInt
 
-from wifipgo.atomic_files import write_text
 from wifipgo.errors import GraphFileError, require
+from wifipgo.files.atomic_files import write_text
 from wifipgo.graph.files._g2o_keys import INDEX_BITS, LETTERS, Named, ends_named, places, vertices_named
 from wifipgo.graph.files._g2o_lines import (
     DIMS,

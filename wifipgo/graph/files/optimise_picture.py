@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from wifipgo.figures import Axes, Figure
+from wifipgo.command.figures import Axes, Figure
 
 import numpy as np
 from jaxtyping import Bool, Float
 from matplotlib.collections import LineCollection
 from matplotlib.patheffects import withStroke
 
+from wifipgo.command.palette import REJECTED, ROBOTS
 from wifipgo.graph.posegraph import PoseGraph
-from wifipgo.palette import REJECTED, ROBOTS
 
 
 def draw(

@@ -8,13 +8,13 @@ import numpy as np
 from jaxtyping import Float
 from rich.table import Table
 
-from wifipgo import results_folder
-from wifipgo.atomic_files import appearing, write_json
+from wifipgo.command.terminal import Terminal
+from wifipgo.files import results_folder
+from wifipgo.files.atomic_files import appearing, write_json
 from wifipgo.graph.files.g2o import Reading, write_g2o
 from wifipgo.graph.files.tum_kitti import write_kitti, write_tum
 from wifipgo.graph.posegraph import PoseGraph, keys_of
 from wifipgo.graph.solvers.spatial import FULL_WEIGHT
-from wifipgo.terminal import Terminal
 
 KIND = "optimise"
 REPORT, PICTURE = "report.json", "before_after.png"
@@ -61,7 +61,7 @@ class Results(NamedTuple):
         self, graph: PoseGraph, poses: Float[np.ndarray, "poses dims"], weight: Float[np.ndarray, " edges"]
     ) -> None:
         """Draw before and after; a picture that cannot be drawn is a warning, results stay."""
-        from wifipgo.figures import drawing  # noqa: PLC0415 (matplotlib loads slowly)
+        from wifipgo.command.figures import drawing  # noqa: PLC0415 (matplotlib loads slowly)
 
         with drawing(self.out / PICTURE):
             from wifipgo.graph.files.optimise_picture import draw  # noqa: PLC0415

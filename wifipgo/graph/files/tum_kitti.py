@@ -8,11 +8,11 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from wifipgo import se3
-from wifipgo.atomic_files import write_text
 from wifipgo.errors import GraphFileError, quoted
+from wifipgo.files.atomic_files import write_text
+from wifipgo.files.text_files import number, read_lines
 from wifipgo.graph.chordal import nearest_rotations
 from wifipgo.graph.posegraph import PoseGraph, normalised
-from wifipgo.text_files import number, read_lines
 
 ROTATION_ATOL = 0.01  # trajectories are printed with few digits
 

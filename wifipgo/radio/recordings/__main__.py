@@ -16,8 +16,8 @@ from typing import Annotated
 
 import tyro
 
-from wifipgo.command_line import exit_code, say
-from wifipgo.docstrings import documented
+from wifipgo.command.command_line import exit_code, say
+from wifipgo.command.docstrings import documented
 from wifipgo.radio.aoa.moving_aperture import Bearing
 from wifipgo.radio.recordings.recorded_link import Link, bearing
 from wifipgo.radio.recordings.report import print_report
@@ -56,7 +56,7 @@ def report(
 
 def _draw(links: list[Link], bearings: list[Bearing], picture: Path, *, title: str) -> None:
     """Draw what was printed already: a picture that fails is a warning."""
-    from wifipgo.figures import drawing  # noqa: PLC0415 (loads matplotlib, slowly)
+    from wifipgo.command.figures import drawing  # noqa: PLC0415 (loads matplotlib, slowly)
 
     with drawing(picture):
         from wifipgo.radio.recordings.picture import save_picture  # noqa: PLC0415
@@ -66,7 +66,7 @@ def _draw(links: list[Link], bearings: list[Bearing], picture: Path, *, title: s
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run from the command line; the exit code is that of `wifipgo.command_line`."""
+    """Run from the command line; the exit code is that of `wifipgo.command.command_line`."""
     return exit_code(
         lambda: tyro.cli(documented(report), prog="python -m wifipgo.radio.recordings", args=args)
     )

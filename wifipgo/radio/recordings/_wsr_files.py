@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from wifipgo.errors import BadInputError, quoted, require
-from wifipgo.text_files import read_lines
+from wifipgo.files.text_files import read_lines
 
 CHANNELS_5_GHZ = (7.0, 200.0)
 FARTHEST_M = 1e4  # no room is larger, nor is a survey of one

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from wifipgo.figures import Axes, Figure
+from wifipgo.command.figures import Axes, Figure
 
 import matplotlib as mpl
 import numpy as np
 
-from wifipgo.palette import BLUE, FRAME, GREY, GRID, SKY, VERMILION
+from wifipgo.command.palette import BLUE, FRAME, GREY, GRID, SKY, VERMILION
 from wifipgo.radio.aoa import azimuth_grid
 from wifipgo.radio.aoa.moving_aperture import Bearing
 from wifipgo.radio.recordings.recorded_link import Link

@@ -7,11 +7,11 @@ import numpy as np
 from jaxtyping import Bool, Float
 from rich.table import Table
 
+from wifipgo.command.terminal import Terminal
 from wifipgo.radio.aoa import closest_peak
 from wifipgo.radio.aoa.confidence import confidences, least_confident
 from wifipgo.radio.aoa.moving_aperture import Bearing
 from wifipgo.radio.recordings.recorded_link import Link
-from wifipgo.terminal import Terminal
 
 WIDTH_CHARACTERS = 118  # where the output is not a terminal
 COLUMNS = ("set", "place", "tx", "packets", "bearing", "closest", "truth", "error", "height", "confidence")

@@ -19,6 +19,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo.errors import BadInputError, RecordingError, pick
+from wifipgo.files.text_files import read_json
 from wifipgo.radio.recordings._wsr_files import (
     Motion,
     channel_of,
@@ -31,7 +32,6 @@ from wifipgo.radio.recordings._wsr_files import (
 from wifipgo.radio.recordings.intel5300 import HOST_STAMPED, CsiLog, read_csi_log
 from wifipgo.radio.recordings.recorded_link import Link, check_enough, wavelength_m
 from wifipgo.radio.recordings.wsr_packs import read_pack
-from wifipgo.text_files import read_json
 
 MACS = {
     "rx": "00:21:6a:53:89:d2",

@@ -8,11 +8,11 @@ import numpy as np
 from jaxtyping import Complex, Shaped
 
 from wifipgo.errors import BadInputError, RecordingError, require
-from wifipgo.npz_files import read_npz
+from wifipgo.files.npz_files import read_npz
+from wifipgo.files.text_files import parsed_json
 from wifipgo.radio.recordings._wsr_files import entry, number
 from wifipgo.radio.recordings.intel5300 import CSI_CODE, N_SUBCARRIERS, read_csi_log, summary
 from wifipgo.radio.recordings.recorded_link import Link, check_enough, wavelength_m
-from wifipgo.text_files import parsed_json
 
 PACK_CHANNEL = 108  # packs do not name their Wi-Fi channel; all known ones were recorded on this one
 _DEGREES = {"low": -360.0, "high": 360.0}

@@ -18,7 +18,7 @@ A run whose results appear at the end works in a folder beside, which then gets 
     publish(partial / "results", out, "optimise")
     remove(partial, "optimise")
 
-Hold the folder's lock (`wifipgo.folder_lock`) meanwhile.
+Hold the folder's lock (`wifipgo.files.folder_lock`) meanwhile.
 """
 
 import json

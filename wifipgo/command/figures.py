@@ -2,7 +2,7 @@
 
 Import this module before matplotlib, where ruff sorts it, and draw in its block::
 
-    from wifipgo.figures import Figure, drawing
+    from wifipgo.command.figures import Figure, drawing
 
     with drawing(out / "err.png"):
         figure = Figure()
@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from wifipgo.command_line import say
+from wifipgo.command.command_line import say
 
 __all__ = ["Axes", "Figure", "drawing", "own_settings"]
 

@@ -8,7 +8,7 @@ code  meaning
 2     bad input: `wifipgo.errors.BadInputError`, a path of the user's, the command line
 3     a computation failed (`wifipgo.errors.NumericalError`)
 70    a defect of this program: with its traceback, worth a report
-130   interrupted (Ctrl-C; while modules still load: `wifipgo.early_interrupts`)
+130   interrupted (Ctrl-C; while modules still load: `wifipgo.command.early_interrupts`)
 141   nobody reads standard output any more
 ====  ==========================================================================
 
@@ -20,7 +20,7 @@ A command is ``main``, which returns the code, and a job, which raises::
     if __name__ == "__main__":
         sys.exit(main())
 
-What it prints goes through `say`, or through a `wifipgo.terminal.Terminal` where it prints tables.
+What it prints goes through `say`, or through a `wifipgo.command.terminal.Terminal` where it prints tables.
 """
 
 import os
@@ -32,7 +32,7 @@ from io import TextIOWrapper
 from typing import IO, Any
 from unicodedata import category
 
-from wifipgo.early_interrupts import unwatch
+from wifipgo.command.early_interrupts import unwatch
 from wifipgo.errors import BadInputError, DoubtfulError, NumericalError
 from wifipgo.threads import one_thread
 

@@ -6,7 +6,7 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
-from wifipgo.command_line import printable
+from wifipgo.command.command_line import printable
 
 
 class Terminal(Console):
@@ -18,7 +18,7 @@ class Terminal(Console):
             yield Segment(text if control else printable(text), style, control)
 
     def on_broken_pipe(self) -> None:
-        """Let `wifipgo.command_line.exit_code` end the command; rich would exit with 1."""
+        """Let `wifipgo.command.command_line.exit_code` end the command; rich would exit with 1."""
         raise  # noqa: PLE0704 (rich calls this where it caught the failure)
 
 

@@ -1,6 +1,6 @@
 """Ctrl-C while a command still loads its modules: one line and exit code 130, no traceback.
 
-Loading takes seconds; `wifipgo.command_line.exit_code`, which comes then, ends this. The packages of
+Loading takes seconds; `wifipgo.command.command_line.exit_code`, which comes then, ends this. The packages of
 commands import `wifipgo` first, which imports this first, so it holds before anything that is slow to
 load. In programs of others it does nothing, nor where Ctrl-C is ignored (``nohup``) or handled otherwise.
 """

@@ -13,8 +13,8 @@ from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
 
-from wifipgo.atomic_files import read_sealed
 from wifipgo.errors import BadInputError, quoted, require
+from wifipgo.files.atomic_files import read_sealed
 
 MAX_BYTES = 1 << 28
 MAX_MEMBERS = 10_000
@@ -64,7 +64,7 @@ def read_npz(
 
 
 def read_sealed_npz(path: Path, *, max_bytes: int = MAX_BYTES) -> dict[str, np.ndarray]:
-    """The same of an archive in a file of `wifipgo.atomic_files.write_sealed`.
+    """The same of an archive in a file of `wifipgo.files.atomic_files.write_sealed`.
 
     Raises:
         BadInputError: See `read_npz`; or the digest is of other content.

@@ -1,0 +1,1 @@
+"""What every command shares: how it ends, what it prints and draws, what it can be told."""
