@@ -30,6 +30,7 @@ FORMER: Mapping[str, str] = MappingProxyType(
         "wifipgo.listening": "wifipgo.loop.aoa_measurements",
         "wifipgo.mapped": "wifipgo.world.map_accuracy",
         "wifipgo.meetings": "wifipgo.loop.exchange",
+        "wifipgo.processes": "wifipgo.command.processes",
         "wifipgo.radio.aperture": "wifipgo.radio.aoa.moving_aperture",
         "wifipgo.radio.bands": "wifipgo.radio.channel.bands",
         "wifipgo.radio.bartlett": "wifipgo.radio.aoa.bartlett",
