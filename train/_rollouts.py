@@ -34,7 +34,7 @@ def scenarios_of(config: TrainConfig) -> list[Scenario]:
     scenarios = [scenario_named(name, **changes) for name in names]
     layout, scale = layout_of(scenarios[0]), make_interface(config.envs.interface, scenarios[0]).scale
     for other in scenarios[1:]:
-        rule = f"with the observations of {scenarios[0].name!r}, its size of the room and its n_steps"
+        rule = f"of scenarios with the observations of {scenarios[0].name!r}, its room's size and its n_steps"
         same = layout_of(other) == layout and make_interface(config.envs.interface, other).scale == scale
         require(same, "envs.others", rule, other.name)
     return scenarios

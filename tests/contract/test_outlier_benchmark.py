@@ -55,7 +55,7 @@ def test_an_interrupted_run_goes_on_and_settings_do_not_mix(
     run, done = outliers.run_cells, []
 
     def stop(config: OutlierConfig, cells: list[EncounterConfig], partial: Path) -> None:
-        outliers.run_cell(partial / "0000.npy", cells[0], config.seed, config.n_trials)
+        outliers.run_cell(partial / "0000.npz", cells[0], config.seed, config.n_trials)
         raise KeyboardInterrupt
 
     monkeypatch.setattr(outliers, "run_cells", stop)
@@ -67,13 +67,13 @@ def test_an_interrupted_run_goes_on_and_settings_do_not_mix(
         main(small)
     with pytest.raises(ValueError, match="those of this run"):
         main(replace(small, resume=True, seed=5))
-    first = small.out.with_name("out.partial") / "0000.npy"
+    first = small.out.with_name("out.partial") / "0000.npz"
     done.append(first.stat().st_mtime_ns)
 
     def here(config: OutlierConfig, cells: list[EncounterConfig], partial: Path) -> None:
-        assert (partial / "0000.npy").stat().st_mtime_ns == done[0]
+        assert (partial / "0000.npz").stat().st_mtime_ns == done[0]
         for k in range(1, len(cells)):
-            outliers.run_cell(partial / f"{k:04d}.npy", cells[k], config.seed, config.n_trials)
+            outliers.run_cell(partial / f"{k:04d}.npz", cells[k], config.seed, config.n_trials)
 
     monkeypatch.setattr(outliers, "run_cells", here)
     main(replace(small, resume=True))

@@ -73,10 +73,13 @@ def test_order_and_first_corner_do_not_matter(seed: int, n: int, turn: int) -> N
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"obstacles_m": (BOX, ((1, 1), (2, 1)))}, r"obstacles_m\[1\] must be at least 3 corners"),
+        ({"obstacles_m": (BOX, ((1, 1), (2, 1)))}, r"obstacles_m\[1\] must be at least 3"),
         ({"obstacles_m": (((1, 1), (2, 2), (3, 3)),)}, r"obstacles_m\[0\] must be of some area"),
         ({"obstacles_m": (((1, 1), (4, 4), (4, 1), (1, 4)),)}, r"obstacles_m\[0\] .* no edge that crosses"),
-        ({"obstacles_m": (BOX, ((1, 1), (1, 1), (4, 1), (1, 4)))}, r"obstacles_m\[1\] must be of some area"),
+        (
+            {"obstacles_m": (BOX, ((1, 1), (1, 1), (4, 1), (4, 1)))},
+            r"obstacles_m\[1\] must be at least 3 corners",
+        ),
         ({"obstacles_m": (BOX, ((5, 5), (9, 5), (9, 9), (7, 5)))}, r"obstacles_m\[1\] .* or touches another"),
         ({"obstacles_m": (BOX, box(19, 5, 2, 1))}, r"obstacles_m\[1\] must be in the room, 0\.\.20 m"),
         ({"obstacles_m": (BOX, box(3, 2.5, 2, 2))}, r"obstacles_m\[1\] must be clear of .*obstacles_m\[0\]"),
@@ -115,7 +118,7 @@ def test_order_and_first_corner_do_not_matter(seed: int, n: int, turn: int) -> N
         ({"obstacle_density": 1.0}, r"obstacle_density must be in \[0, 1\), got 1\.0"),
         ({"obstacle_density": 0.1, "n_obstacles": 2}, r"n_obstacles must be 0 beside an obstacle_density"),
         ({"step_scale": (1.0,)}, r"step_scale must be empty or 2 long"),
-        ({"step_scale": (1.0, -1.0)}, r"step_scale must be all >= 0"),
+        ({"step_scale": (1.0, -1.0)}, r"step_scale must be all in 0\.\."),
         ({"step_scale": (1.0, 9.0)}, r"n_substeps must be enough"),
     ],
 )

@@ -123,10 +123,14 @@ def test_extended_select_and_retold_keep_rows_together() -> None:
 
 @pytest.mark.parametrize(
     ("field", "change"),
-    [("sigma", {"sigma": (0.0, 1.0)}), ("weight", {"weight": 1.5}), ("told", {"told": None})],
+    [
+        ("sigma", {"sigma": (0.0, 1.0)}),
+        ("weight", {"weight": 1.5}),
+        ("reported_pose", {"reported_pose": None}),
+    ],
 )
 def test_measured_refuses_what_cannot_be(field: str, change: dict[str, object]) -> None:
-    good = {"sigma": (1.0, 1.0), "weight": 1.0, "told": np.zeros((1, 3))}
+    good = {"sigma": (1.0, 1.0), "weight": 1.0, "reported_pose": np.zeros((1, 3))}
     ends = {"tail": np.array([[0, 0]]), "head": np.array([[1, 0]]), "z": np.zeros((1, 3))}
     with pytest.raises(ValueError, match=f"Edges.{field} must be"):
         Edges.measured(**ends, **(good | change))  # type: ignore[arg-type]

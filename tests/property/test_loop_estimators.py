@@ -164,7 +164,7 @@ def test_headings_that_are_hardly_known_are_solved_with_more_digits(monkeypatch:
     use_qr = []
 
     def noted(n_robots: int, **options: bool) -> IncrementalSmoothers:
-        use_qr.append(options.get("careful", False))
+        use_qr.append(options.get("use_qr", False))
         return IncrementalSmoothers(n_robots, **options)
 
     monkeypatch.setattr("wifipgo.graph.per_robot_smoothing.IncrementalSmoothers", noted)

@@ -32,6 +32,11 @@ _SIZES: Mapping[str, Sequence[Sizes]] = {
         Sizes("whole", lambda shown: N_WHOLE + 2 * _n_direction(shown), 3),
     ),
 }
+# One perceptron for all that is shown may answer for an interface, too: what each of its choices scores.
+_ONE_FOR_ALL: Mapping[str, Sequence[Sizes]] = {
+    **_SIZES,
+    "rays": (Sizes("action", lambda shown: shown, N_LIDAR_RAYS + 3),),
+}
 _KINDS: Mapping[str, type | tuple[type, ...]] = {
     "interface": str,
     "layout": list,
@@ -112,7 +117,8 @@ def load_network(path: Path) -> Network:
         notes = parsed_json(str(arrays.pop("notes")), f"{path}: notes")
         known, mean, variance = _known(notes, str(path)), arrays.pop("mean"), arrays.pop("variance")
         layers = layers_of(arrays)
-        check_layers(layers, mean, variance, sizes=_SIZES.get(known["interface"], ()))
+        known_sizes = _ONE_FOR_ALL if "action" in layers else _SIZES
+        check_layers(layers, mean, variance, sizes=known_sizes.get(known["interface"], ()))
     except (ValueError, KeyError, TypeError, AttributeError) as problem:
         raise BadInputError(
             f"{path} is no trained policy (an .npz that training exports): {problem}"
