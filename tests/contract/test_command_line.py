@@ -87,7 +87,7 @@ def test_what_an_encoding_cannot_show_is_replaced(encoding: str) -> None:
 
 @pytest.mark.parametrize("job", ["say('line')", "Terminal().print('line')"])
 def test_nobody_reads_and_nothing_is_said(job: str) -> None:
-    long = f"sys.exit(exit_code(lambda: [{job} for _ in range(5000)]))"
+    long = f"sys.exit(exit_code(lambda: [{job} for _ in range(50_000)]))"
     done = ended(long, shell="{} | head -1; exit ${{PIPESTATUS[0]}}")
     assert (done.returncode, done.stdout, done.stderr) == (141, b"line\n", b"")
 

@@ -24,6 +24,9 @@ from wifipgo.world.sensing import RelativePoses, indices
 _LEAST_M2 = 1e-4  # variance of a place that its robot takes for certain: 1 cm
 
 
+_NO_PEAKS = Peaks(np.zeros((0, 1)), np.zeros((0, 1)))
+
+
 class Heard(NamedTuple):
     """Profiles by slot and by link, and their peaks, found once.
 
@@ -65,7 +68,7 @@ def listen_to_team(
     by_slot = np.zeros((*slots.shape, scenario.turn.n_azimuths), dtype=np.float32)
     by_slot[robot, slot] = profile[row[robot, slots[robot, slot]]]
     made_use_of = cfg.aoa_factors or OUTLIER_METHODS[cfg.outliers].listens
-    peaks = find_peaks(profile[: None if made_use_of else 0], n_peaks=scenario.turn.n_peaks)
+    peaks = find_peaks(profile, n_peaks=scenario.turn.n_peaks) if made_use_of else _NO_PEAKS
     return Heard(slots, by_slot, row, profile, peaks)
 
 

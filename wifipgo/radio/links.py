@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.radio.channel import csi, rates
 from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.impairments import EpisodeImpairments
@@ -30,7 +31,7 @@ class Links(NamedTuple):
     row: Int[np.ndarray, "robots robots"]
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def probe_links(
     p_m: Float[np.ndarray, "robots 2"],
     surfaces: Surfaces,

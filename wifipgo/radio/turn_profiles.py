@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import require
 from wifipgo.radio.aoa.estimators import AoaConfig, least_packets, pair_profiles, turn_headings
 from wifipgo.radio.aoa.steering import azimuth_grid, turn_steering
@@ -101,7 +102,7 @@ def _arrived(
     return linked * received.any(axis=(1, 3)).sum(axis=1)
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def listen(
     links: Links,
     receiver: Int[np.ndarray, " links"],

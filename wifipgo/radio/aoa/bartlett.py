@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Complex, Complex64, Float, Float32
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.radio.aoa.steering import Aperture
 
 # Signals of one block: what is worked on stays in the processor's cache.
@@ -11,7 +12,7 @@ _BLOCK = 128
 _WORTH_LOOKING = 24
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def bartlett_profiles(
     signal: Complex[np.ndarray, "links positions"], steering: Complex[np.ndarray, "positions grid"]
 ) -> Float[np.ndarray, "links grid"]:
@@ -91,7 +92,7 @@ def eq5_profiles(
     return 1.0 / np.maximum(n_positions * (1.0 - profile), np.finfo(np.float32).eps)
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def profiles(
     signal: Complex[np.ndarray, "links *snapshots positions"],
     aperture: Aperture,

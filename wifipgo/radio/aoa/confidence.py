@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import require
 from wifipgo.radio.aoa.peaks import find_peaks
 from wifipgo.radio.aoa.steering import azimuth_grid
@@ -41,7 +42,7 @@ class Confidence(NamedTuple):
     expected_error_rad: Float[np.ndarray, " links"]
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def confidence(profile: Float[np.ndarray, "links grid"]) -> Confidence:
     """Confidence of profiles on a full circle.
 
@@ -66,7 +67,7 @@ def confidence(profile: Float[np.ndarray, "links grid"]) -> Confidence:
     )
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def expected_errors_rad(
     profile: Float[np.ndarray, "links grid"], azimuth_rad: Float[np.ndarray, " links"]
 ) -> Float[np.ndarray, " links"]:

@@ -17,6 +17,7 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import Complex, Float
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import pick, require, require_within
 from wifipgo.radio.aoa.bartlett import bartlett_profiles
 from wifipgo.radio.aoa.music import music_profiles
@@ -91,7 +92,7 @@ def turn_headings(cfg: AoaConfig) -> Float[np.ndarray, " positions"]:
     return np.linspace(-cfg.turn_rad, 0.0, cfg.n_positions)
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def ratio_signal(
     csi: Complex[np.ndarray, "links 2 positions subcarriers"],
 ) -> Complex[np.ndarray, "links positions"]:
@@ -108,7 +109,7 @@ def ratio_signal(
     return (centre[:, 0] * centre[:, 1].conj() / power).astype(np.complex64)
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def product_signal(
     csi: Complex[np.ndarray, "links 2 positions subcarriers"],
 ) -> Complex[np.ndarray, "links positions"]:
@@ -126,7 +127,7 @@ def product_signal(
     return (product / np.maximum(np.abs(product), np.finfo(np.float32).tiny)).astype(np.complex64)
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def pair_snapshots(
     csi: Complex[np.ndarray, "links 2 positions subcarriers"],
 ) -> Complex[np.ndarray, "links subcarriers positions"]:
@@ -205,7 +206,7 @@ ESTIMATORS: Mapping[str, Estimator] = MappingProxyType(
 )
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def pair_profiles(
     csi: Complex[np.ndarray, "links 2 positions subcarriers"],
     steering: Complex[np.ndarray, "positions grid"],

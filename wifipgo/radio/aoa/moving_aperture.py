@@ -38,6 +38,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Complex, Float
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import require, require_within
 from wifipgo.radio.aoa import Peaks, azimuth_grid, bartlett_profiles, find_peaks
 from wifipgo.radio.aoa.confidence import expected_errors_rad
@@ -105,7 +106,7 @@ def aperture_bearing(
     return Bearing(profile, find_peaks(profile[None], n_peaks=cfg.n_peaks))
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def timing_removed(
     product: Complex[np.ndarray, "packets subcarriers"],
 ) -> Complex[np.ndarray, "packets subcarriers"]:
@@ -219,7 +220,7 @@ def explained_share(
     return best
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def aperture_profiles(
     product: Complex[np.ndarray, "packets subcarriers"],
     displacement_m: Float[np.ndarray, "packets 3"],

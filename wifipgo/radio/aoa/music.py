@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import BadInputError, require
 from wifipgo.radio.aoa.bartlett import bartlett_profiles
 
@@ -63,7 +64,7 @@ def _check_rank(rank: Int[np.ndarray, " links"], n_paths: int) -> None:
         )
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def music_profiles(
     snapshots: Complex[np.ndarray, "links snapshots positions"],
     steering: Complex[np.ndarray, "positions grid"],

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Complex, Complex64, Float, Float32
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import require, require_within
 from wifipgo.radio.channel.bands import BANDS, SUBCARRIER_SPACING_HZ, band_of
 from wifipgo.radio.channel.receiver import received_csi, white_noise
@@ -117,7 +118,7 @@ def _phasors(angle_rad: Float32[np.ndarray, "*shape"]) -> Complex64[np.ndarray, 
     return out
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def subcarrier_phasors(
     delay_s: Float[np.ndarray, "links paths"], *, bandwidth_hz: float = 20e6
 ) -> Complex[np.ndarray, "links paths subcarriers"]:
@@ -139,7 +140,7 @@ def _subcarriers_f32(bandwidth_hz: float) -> Float32[np.ndarray, " subcarriers"]
     return band_of(bandwidth_hz).subcarriers.astype(np.float32)
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def centre_channel(paths: Paths, *, bandwidth_hz: float = 20e6) -> Complex[np.ndarray, "links subcarriers"]:
     """Noise-free channel at the receiver's centre, gain per subcarrier."""
     if len(paths.gain) > _FEW_LINKS:
@@ -191,7 +192,7 @@ def _combs(bandwidth_hz: float) -> _Combs:
     return _Combs(indices, (*starts[1:].tolist(), len(subcarriers)))
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def pair_csi(
     paths: Paths,
     heading_rad: Float[np.ndarray, "links positions"],
@@ -257,7 +258,7 @@ def antenna_offsets(
     return offset_m
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def array_csi(
     paths: Paths,
     offset_m: Float[np.ndarray, "links antennas positions 2"],

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float, Float32, Int
 from scipy.special import log_ndtr
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import require_within
 from wifipgo.radio.channel.bands import BANDS, band_of
 
@@ -66,7 +67,7 @@ class LinkConfig:
         )
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def esnr_db(snr: Float[np.ndarray, "links subcarriers"]) -> Float[np.ndarray, "links 4"]:
     """Effective SNR of each link for BPSK, QPSK, 16-QAM and 64-QAM, dB.
 
@@ -119,7 +120,7 @@ def _flat_snr_db(places: _Places, modulation: int) -> Float[np.ndarray, " links"
     return np.maximum(flat_db, _LEAST_ESNR_DB)
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def rate_and_esnr(
     snr: Float[np.ndarray, "links subcarriers"], *, bandwidth_hz: float = 20e6
 ) -> tuple[Float[np.ndarray, " links"], Float[np.ndarray, " links"]]:

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from scipy.special import ndtri
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import require
 from wifipgo.radio.channel.bands import SUBCARRIER_SPACING_HZ, band_of
 from wifipgo.radio.channel.impairments import ImpairmentConfig
@@ -39,7 +40,7 @@ def _noise_table() -> Complex[np.ndarray, " samples"]:
     return (draw * np.float32(np.sqrt(0.5))).view(np.complex64)
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def white_noise(
     shape: tuple[int, ...], *, amplitude: float = 1.0, rng: np.random.Generator
 ) -> Complex[np.ndarray, "..."]:
@@ -75,7 +76,7 @@ def _oscillator_table(
     return table
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def reported(
     csi: Complex[np.ndarray, "links antennas positions subcarriers"], *, agc: bool, int8: bool
 ) -> Complex[np.ndarray, "links antennas positions subcarriers"]:
@@ -91,7 +92,7 @@ def reported(
     return (np.rint(scaled) if int8 else scaled).astype(np.float32).view(np.complex64)
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def received_csi(
     channel: Complex[np.ndarray, "links antennas positions subcarriers"],
     *,

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Complex, Float
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.radio.propagation.materials import SPEED_OF_LIGHT_M_S
 from wifipgo.radio.propagation.paths import Paths
 from wifipgo.se2 import wrap_angle
@@ -43,7 +44,7 @@ def draw_diffuse(*, ratio: float, spread_rad: float, size_m: float, rng: np.rand
     return Diffuse(at_m, parts[0] + 1j * parts[1], ratio, spread_rad)
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def with_diffuse(
     paths: Paths,
     tx_m: Float[np.ndarray, "links 2"],

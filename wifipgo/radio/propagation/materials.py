@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import Complex, Float
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import pick, require, require_within
 
 SPEED_OF_LIGHT_M_S = 299_792_458.0
@@ -112,7 +113,7 @@ def is_permittivity(permittivity: Complex[np.ndarray, "*n"] | complex) -> bool:
     return bool(np.all((real >= 1.0) & (real <= MOST_PERMITTIVITY) & (loss >= 0.0) & (loss <= MOST_LOSS)))
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def slab_reflection(
     permittivity: Complex[np.ndarray, "*n"],
     thickness_m: Float[np.ndarray, "*n"],
@@ -138,7 +139,7 @@ def slab_reflection(
     return r * (1.0 - there_and_back) / (1.0 - r * r * there_and_back)
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def slab_transmission(
     permittivity: Complex[np.ndarray, "*n"],
     thickness_m: Float[np.ndarray, "*n"],

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
+from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import require
 from wifipgo.radio.propagation._link_ends import checked_ends
 from wifipgo.radio.propagation.image_method import Rays, double_bounces, single_bounces
@@ -40,7 +41,7 @@ class Paths(NamedTuple):
     order: Int[np.ndarray, "links paths"]
 
 
-@np.errstate(under="ignore")
+@harmless_underflow
 def trace_paths(
     tx_m: Float[np.ndarray, "links 2"],
     rx_m: Float[np.ndarray, "links 2"],
