@@ -1,0 +1,113 @@
+"""Robots of several worlds on one axis, and chance that is each world's own.
+
+World w has the rows ``w * n_robots`` to ``(w + 1) * n_robots - 1``. What is ragged (links, edges, meetings)
+is a flat list that names rows, so a batch of worlds is one large team between whose parts nothing is seen or
+heard, and one world is a batch of one.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Int, Shaped
+
+
+class Rows(NamedTuple):
+    """Which rows belong to which world."""
+
+    n_worlds: int
+    n_robots: int
+
+    @classmethod
+    def of(cls, n_rows: int, n_robots: int) -> "Rows":
+        """As many worlds as these rows make."""
+        return cls(n_rows // n_robots, n_robots)
+
+    def __len__(self) -> int:
+        """Rows of all worlds."""
+        return self.n_worlds * self.n_robots
+
+    def world(self, row: Int[np.ndarray, "*rows"]) -> Int[np.ndarray, "*rows"]:
+        """World of each row."""
+        return row // self.n_robots
+
+    def peer(self, row: Int[np.ndarray, "*rows"]) -> Int[np.ndarray, "*rows"]:
+        """Number of each row in its own world: its column in a table of pairs."""
+        return row % self.n_robots
+
+    def by_world(self, x: Shaped[np.ndarray, "rows ..."]) -> Shaped[np.ndarray, "worlds robots ..."]:
+        """The same with an axis of worlds."""
+        return x.reshape(self.n_worlds, self.n_robots, *x.shape[1:])
+
+
+class Generators:
+    """Generators of several worlds that draw as one: the first axis of a draw is cut into the worlds' shares.
+
+    What a world gets is what it would draw alone. It has of `numpy.random.Generator` what a loop draws with.
+    """
+
+    def __init__(
+        self, each: Sequence[np.random.Generator], counts: Int[np.ndarray, " worlds"] | None = None
+    ) -> None:
+        """Draw from one generator a world.
+
+        Args:
+            each: The generators.
+            counts: Items of each world along the first axis of what is drawn; the same for all without.
+        """
+        self.each = tuple(each)
+        self._ends = None if counts is None else np.cumsum(counts).tolist()
+
+    def per(self, counts: Int[np.ndarray, " worlds"]) -> "Generators":
+        """The same generators for lists with so many items of each world."""
+        return Generators(self.each, counts)
+
+    def standard_normal(self, size: Any, dtype: Any = np.float64) -> np.ndarray:
+        """Normal numbers of mean 0 and variance 1."""
+        if len(self.each) == 1:
+            return self.each[0].standard_normal(size, dtype=dtype)
+        out = np.empty(size, dtype=dtype)
+        for rng, share in self._shares(out):
+            rng.standard_normal(dtype=dtype, out=share)
+        return out
+
+    def random(self, size: Any, dtype: Any = np.float64) -> np.ndarray:
+        """Uniform numbers in [0, 1)."""
+        if len(self.each) == 1:
+            return self.each[0].random(size, dtype=dtype)
+        out = np.empty(size, dtype=dtype)
+        for rng, share in self._shares(out):
+            rng.random(dtype=dtype, out=share)
+        return out
+
+    def uniform(self, low: float, high: float, size: Any) -> np.ndarray:
+        """Uniform numbers in [low, high)."""
+        if len(self.each) == 1:
+            return self.each[0].uniform(low, high, size)
+        out = np.empty(size)
+        for rng, share in self._shares(out):
+            share[...] = rng.uniform(low, high, share.shape)
+        return out
+
+    def integers(self, high: int, size: Any) -> np.ndarray:
+        """Whole numbers in [0, high)."""
+        if len(self.each) == 1:
+            return self.each[0].integers(high, size=size)
+        out = np.empty(size, dtype=np.int64)
+        for rng, share in self._shares(out):
+            share[...] = rng.integers(high, size=share.shape)
+        return out
+
+    def _shares(self, out: np.ndarray) -> list[tuple[np.random.Generator, np.ndarray]]:
+        """Each world's generator, and its part of a draw; worlds without a part draw nothing."""
+        n_each = len(out) // len(self.each)
+        ends = self._ends or range(n_each, len(out) + 1, n_each)
+        begins = (0, *ends[:-1])
+        return [
+            (rng, out[begin:end])
+            for rng, begin, end in zip(self.each, begins, ends, strict=True)
+            if end > begin
+        ]
+
+
+Chance = np.random.Generator | Generators
