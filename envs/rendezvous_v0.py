@@ -13,6 +13,7 @@ from envs._snapshot import EpisodeSnapshot
 from envs._spaces import by_name
 from envs._team_env import RendezvousTeamEnv
 from envs._turn_based import CheckedActionsWrapper
+from envs._vector import Buffers, RendezvousVectorEnv, VectorStep, vector_env
 from envs.directions import N_BINS, bin_azimuths
 
 parallel_env = RendezvousEnv
@@ -32,10 +33,13 @@ __all__ = [
     "N_BINS",
     "OBSERVATIONS",
     "REWARDS",
+    "Buffers",
     "EpisodeSnapshot",
     "Field",
     "RendezvousEnv",
     "RendezvousTeamEnv",
+    "RendezvousVectorEnv",
+    "VectorStep",
     "bin_azimuths",
     "by_name",
     "env",
@@ -43,4 +47,5 @@ __all__ = [
     "observe",
     "parallel_env",
     "raw_env",
+    "vector_env",
 ]
