@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float, Float32, Int8, Shaped
 from envs._arguments import NotResetError
 from envs._rendezvous import RendezvousEnv
 from wifipgo.errors import BadInputError, require
+from wifipgo.heap import keep_freed_memory
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
 
@@ -78,6 +79,7 @@ class RendezvousVectorEnv:
         """Check the arguments and build the spaces."""
         whole = isinstance(n_worlds, int | np.integer) and not isinstance(n_worlds, bool)
         require(whole and n_worlds >= 1, "n_worlds", "an integer >= 1", n_worlds)
+        keep_freed_memory()
         self.n_worlds = int(n_worlds)
         self._envs = [RendezvousEnv(scenario, **arguments) for _ in range(self.n_worlds)]
         first = self._envs[0]

@@ -93,6 +93,41 @@ def test_nothing_is_new_outside_the_room() -> None:
     np.testing.assert_array_equal(corner[5:12], 0.0)
 
 
+@pytest.mark.parametrize(("size_m", "sensor_range_m"), [(10.0, 1.1), (10.0, 3.0), (4.0, 4.5), (40.0, 0.4)])
+def test_what_is_new_ahead_is_a_mean_over_a_disc(size_m: float, sensor_range_m: float) -> None:
+    """One square is new: ahead there is what the disc around has of it."""
+    scenario = scenario_named("paper-sim-2", size_m=size_m, sensor_range_m=sensor_range_m)
+    rays, field = Rays(scenario), {f.name: f for f in parallel_env(scenario).layout}
+    side, new = 16, (7, 9)
+    row = np.zeros((1, field["slot0/profile"].where.stop), np.float32)
+    row[:, field["own/heading"].where] = [1.0, 0.0]
+    row[:, field["survey"].where] = 1.0
+    row[0, field["survey"].where.start + new[0] * side + new[1]] = 0.0
+    at = np.stack(np.meshgrid(np.arange(side), np.arange(side), indexing="ij"), -1)
+    apart = np.hypot(*(at[:, :, None, None] - at).transpose(4, 0, 1, 2, 3))
+    near = apart <= sensor_range_m / size_m * side
+    line = np.pad(near[new][:, new[1]] / near.sum(axis=(2, 3)).max(), 1)
+    step_bins = side * scenario.arena.steps_m(2).mean() / size_m
+    for begin in range(3, 13):  # a step ahead along x from the middle of a square
+        row[:, field["own/position"].where] = (begin + 0.5) / side, (new[1] + 0.5) / side
+        ahead = rays.shown(row)[0, -N_DIRECTION * 16 :].reshape(N_DIRECTION, 16)[3, 0]
+        expected = np.interp(begin + step_bins, np.arange(-1, side + 1), line)
+        assert ahead == pytest.approx(expected, abs=1e-5)
+
+
+@pytest.mark.parametrize(("scenario", "n_robots"), [("paper-sim-2", 2), ("paper-hw-2-obstacles", 4)])
+def test_a_row_is_shown_alone_as_among_others(scenario: str, n_robots: int) -> None:
+    changes = {"n_robots": n_robots, "n_slots": n_robots - 1}
+    sc = scenario_named(scenario, **changes)
+    rays, n_numbers = Rays(sc), max(f.where.stop for f in parallel_env(sc).layout)
+    rows = np.random.default_rng(0).uniform(0.0, 1.0, (40, n_numbers)).astype(np.float32)
+    answers = np.random.default_rng(1).integers(0, (17, 2), (40, 2))
+    shown, commands = rays.shown(rows), rays.commands(answers, rows)
+    for k in range(40):
+        np.testing.assert_array_equal(rays.shown(rows[k : k + 1])[0], shown[k])
+        np.testing.assert_array_equal(rays.commands(answers[k : k + 1], rows[k : k + 1])[0], commands[k])
+
+
 def test_a_file_is_what_was_saved(tmp_path: Path) -> None:
     network = shipped()
     network.save(tmp_path / "copy.npz")

@@ -11,7 +11,7 @@ All of it is computed from what the robot observes, nothing from elsewhere.
 import functools
 
 import numpy as np
-from jaxtyping import Float, Shaped
+from jaxtyping import Float, Int, Shaped
 
 from envs.directions import N_MOTIONS, STAY, ray_azimuths, waypoints_of
 from envs.rendezvous_v0 import bin_azimuths, layout
@@ -68,6 +68,7 @@ class Rays:
 
     def shown(self, rows: Rows) -> Shown:
         """Numbers of the robot, then those of each direction; float32."""
+        rows = rows.astype(np.float64)
         heading_rad = np.arctan2(*self._block(rows, "own/heading").T[::-1])
         to_start = self._steps_per_room * (self._block(rows, "own/start") - self._block(rows, "own/position"))
         home_steps, home_rad = np.hypot(*to_start.T), np.arctan2(*to_start.T[::-1]) - heading_rad
@@ -82,7 +83,8 @@ class Rays:
         """Drive along the chosen ray as far as a step or what is in the way allows; call or not."""
         motion, call = np.asarray(answers).T
         request = np.where(call > 0, 1.0, -1.0)
-        return np.column_stack([waypoints_of(motion, self._free_steps(rows)), request]).astype(np.float32)
+        free_steps = self._free_steps(rows.astype(np.float64))
+        return np.column_stack([waypoints_of(motion, free_steps), request]).astype(np.float32)
 
     def answers(self, actions: Actions) -> Shaped[np.ndarray, "rows 2"]:
         """Nearest ray of a waypoint, a stop for one that is very near; and the call."""
@@ -91,7 +93,7 @@ class Rays:
         return np.stack([np.where(np.hypot(x, y) < 0.05, STAY, ray), (request > 0.0).astype(np.int64)], 1)
 
     def _block(self, rows: Rows, name: str) -> np.ndarray:
-        return rows[:, pick(self._fields, name, "block of the observation").where].astype(np.float64)
+        return rows[:, pick(self._fields, name, "block of the observation").where]
 
     def _slots(self, rows: Rows, name: str) -> np.ndarray:
         """A block of every neighbour, (rows, slots, numbers)."""
@@ -136,19 +138,20 @@ class Rays:
     def _ahead(self, rows: Rows, new: np.ndarray, heading_rad: np.ndarray) -> list[np.ndarray]:
         """How much is new around points along each direction; what is outside the room is not."""
         side = new.shape[1]
-        around = _disc(side, self._seen_steps / self._steps_per_room * side)
-        gain = (new.reshape(len(new), -1) @ around).reshape(-1, side, side)
+        gain = _around(new, self._seen_steps / self._steps_per_room * side)
         angle_rad = heading_rad[:, None] + ray_azimuths()
-        unit = np.stack([np.cos(angle_rad), np.sin(angle_rad)], axis=-1) / self._steps_per_room
-        here = self._block(rows, "own/position")[:, None]
-        return [_sampled(gain, side * (here + reach * unit)) for reach in _REACHES]
+        x, y = self._block(rows, "own/position").T[:, :, None, None]
+        reaches = np.array(_REACHES)[:, None]
+        x_bins = side * (x + reaches * (np.cos(angle_rad) / self._steps_per_room)[:, None])
+        y_bins = side * (y + reaches * (np.sin(angle_rad) / self._steps_per_room)[:, None])
+        return list(_sampled(gain, x_bins, y_bins, side).transpose(1, 0, 2))
 
     def _heard(self, rows: Rows, slot: np.ndarray) -> list[np.ndarray]:
         """The neighbour's signal from each direction, and a robot in sight there."""
         profile = self._slot(rows, "profile", slot)
         loudest = np.maximum(profile.max(axis=1, keepdims=True), 1e-9)
-        sector = np.rint(bin_azimuths() / (2.0 * np.pi / N_LIDAR_RAYS)).astype(np.int64) % N_LIDAR_RAYS
-        heard = np.stack([profile[:, sector == k].max(axis=1) for k in range(N_LIDAR_RAYS)], axis=1)
+        by_sector, begins = _sectors()
+        heard = np.maximum.reduceat(profile[:, by_sector], begins, axis=1)
         cosine, sine = self._block(rows, "own/sighted_bearing").T[:, :, None]
         seen = cosine * np.cos(ray_azimuths()) + sine * np.sin(ray_azimuths())
         return [heard / loudest, seen]
@@ -161,26 +164,78 @@ def _homeward(home_rad: np.ndarray, home_steps: np.ndarray) -> list[np.ndarray]:
     return [towards * (home_steps[:, None] > 0.0), home_steps[:, None] - after]
 
 
+@functools.cache
+def _sectors() -> tuple[Int[np.ndarray, " bins"], Int[np.ndarray, " rays"]]:
+    """Bins of a profile in the order of the rays that they are nearest to, and where each ray's begin."""
+    sector = np.rint(bin_azimuths() / (2.0 * np.pi / N_LIDAR_RAYS)).astype(np.int64) % N_LIDAR_RAYS
+    by_sector = np.argsort(sector, kind="stable")
+    return by_sector, np.searchsorted(sector[by_sector], np.arange(N_LIDAR_RAYS))
+
+
+def _around(new: Float[np.ndarray, "rows side side"], radius_bins: float) -> Float[np.ndarray, "rows n n"]:
+    """Sum over the squares in range of each, 1 where all are new in the open; zeros between the rooms.
+
+    A disc is made of runs along y, each widened from a narrower one. Rooms lie one after the other with
+    zeros between their lines, so a shift of the whole array shifts every line.
+    """
+    n_rows, side = new.shape[:2]
+    half = _half_widths(side, radius_bins)
+    most = len(half) - 1
+    n = side + max(most, 1)
+    wide = np.zeros(n_rows * n * n + 2 * most)
+    lines = wide[most : most + n_rows * n * n]
+    lines.reshape(n_rows, n, n)[:, :side, :side] = new
+    runs = [lines]
+    for h in range(1, half[0] + 1):
+        runs.append(runs[-1] + wide[most - h :][: lines.size] + wide[most + h :][: lines.size])
+    out = runs[half[0]].copy()
+    for dx in range(1, most + 1):
+        out[dx * n :] += runs[half[dx]][: -dx * n]
+        out[: -dx * n] += runs[half[dx]][dx * n :]
+    out /= _most_in_range(side, half)
+    rooms = out.reshape(n_rows, n, n)
+    rooms[:, side:] = rooms[:, :, side:] = 0.0
+    return rooms
+
+
 @functools.lru_cache(maxsize=8)
-def _disc(side: int, radius_bins: float) -> Float[np.ndarray, "squares squares"]:
-    """Weight of each square for what is seen from another: 1 in range, and all together 1 in the open."""
-    middle = np.stack(np.meshgrid(np.arange(side), np.arange(side), indexing="ij"), -1).reshape(-1, 2)
-    near = np.hypot(*(middle[:, None] - middle[None]).T) <= radius_bins
-    return near / near.sum(axis=0).max()
+def _half_widths(side: int, radius_bins: float) -> tuple[int, ...]:
+    """Squares of a disc to either side of its middle, in the line of the middle and those beside it."""
+    offsets = np.arange(min(int(radius_bins), side - 1) + 1)
+    inside = np.hypot(offsets[:, None], offsets) <= radius_bins
+    return tuple((np.count_nonzero(inside, axis=1) - 1).tolist())
 
 
-def _sampled(gain: Float[np.ndarray, "rows side side"], p_bins: np.ndarray) -> Float[np.ndarray, "rows rays"]:
-    """Values at points, linear between the middles of squares; 0 outside the room."""
-    side = gain.shape[1]
-    padded = np.pad(gain, ((0, 0), (1, 1), (1, 1)))
-    p = np.clip(p_bins + 0.5, 0.0, side + 0.999)
-    low = np.floor(p).astype(np.int64)
-    share = p - low
-    row = np.arange(len(gain))[:, None]
-    out = np.zeros(p.shape[:2])
-    for dx in (0, 1):
-        for dy in (0, 1):
-            weight = np.abs(1 - dx - share[..., 0]) * np.abs(1 - dy - share[..., 1])
-            x, y = np.minimum(low[..., 0] + dx, side + 1), np.minimum(low[..., 1] + dy, side + 1)
-            out += weight * padded[row, x, y]
+@functools.lru_cache(maxsize=8)
+def _most_in_range(side: int, half: tuple[int, ...]) -> float:
+    """Squares of the room in range of the square that has the most of them."""
+    middle = np.arange(side)
+    counts = np.zeros((side, side))
+    for dx in range(-len(half) + 1, len(half)):
+        inside = (middle + dx >= 0) & (middle + dx < side)
+        run = np.minimum(middle, half[abs(dx)]) + np.minimum(side - 1 - middle, half[abs(dx)]) + 1
+        counts += inside[:, None] * run
+    return float(counts.max())
+
+
+def _sampled(
+    gain: Float[np.ndarray, "rows n n"],
+    x_bins: Float[np.ndarray, "rows reaches rays"],
+    y_bins: Float[np.ndarray, "rows reaches rays"],
+    side: int,
+) -> Float[np.ndarray, "rows reaches rays"]:
+    """Values at points, linear between the middles of squares; 0 outside a room of so many squares."""
+    n = gain.shape[1]
+    x, y = (np.clip(p + 0.5, 0.0, side + 0.999) for p in (x_bins, y_bins))
+    x_low, y_low = x.astype(np.int64), y.astype(np.int64)
+    x -= x_low
+    y -= y_low
+    x_left, y_left = 1.0 - x, 1.0 - y
+    # One line and one square further; what lies before the first room is the end of the last: zeros too.
+    last = x_low * n + y_low + np.arange(0, gain.size, n * n)[:, None, None]
+    flat = gain.ravel()
+    out = x_left * y_left * flat[last - n - 1]
+    out += x_left * y * flat[last - n]
+    out += x * y_left * flat[last - 1]
+    out += x * y * flat[last]
     return out
