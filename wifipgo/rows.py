@@ -89,6 +89,15 @@ class Generators:
             share[...] = rng.uniform(low, high, share.shape)
         return out
 
+    def gumbel(self, *, size: Any) -> np.ndarray:
+        """Gumbel numbers of location 0 and scale 1."""
+        if len(self.each) == 1:
+            return self.each[0].gumbel(size=size)
+        out = np.empty(size)
+        for rng, share in self._shares(out):
+            share[...] = rng.gumbel(size=share.shape)
+        return out
+
     def integers(self, high: int, size: Any) -> np.ndarray:
         """Whole numbers in [0, high)."""
         if len(self.each) == 1:

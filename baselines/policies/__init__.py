@@ -1,17 +1,21 @@
 """Scripted and learned policies and their registry. Each sees exactly what a learner sees."""
 
 from baselines.policies.oracle import Oracle, OracleBearing
+from baselines.policies.policy import Actions, DrivesTeams, Observations, Policy, TeamsPolicy, for_teams
 from baselines.policies.registry import POLICIES, make_policy
-from baselines.policies.rendezvous import Actions, ActiveRendezvous, Observations, Policy, RandomRendezvous
+from baselines.policies.rendezvous import ActiveRendezvous, RandomRendezvous
 
 __all__ = [
     "POLICIES",
     "Actions",
     "ActiveRendezvous",
+    "DrivesTeams",
     "Observations",
     "Oracle",
     "OracleBearing",
     "Policy",
     "RandomRendezvous",
+    "TeamsPolicy",
+    "for_teams",
     "make_policy",
 ]

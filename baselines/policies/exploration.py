@@ -1,11 +1,12 @@
 """Where robots that do not walk at random go: a point, the nearest square not yet seen, a sighted robot."""
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from baselines.policies.observation_view import View
 from baselines.policies.steering import ray_angles, step_towards
 from envs.directions import safe_lengths
+from wifipgo.rows import Chance
 from wifipgo.scenarios import Scenario
 from wifipgo.se2 import wrap_angle
 from wifipgo.world.coverage_belief import N_BINS
@@ -16,8 +17,9 @@ _LOYALTY_STEPS = 1.0
 _PATIENCE_STEPS = 0.25
 # Shorter steps than this gain nothing and cost an iteration.
 _LEAST_STEP = 0.3
-# Middles of the squares of the survey, in room sizes.
-MIDDLES = np.stack(np.meshgrid(*2 * [(np.arange(N_BINS) + 0.5) / N_BINS], indexing="ij"), -1).reshape(-1, 2)
+# Middles of the squares of the survey, in room sizes, along an axis and in the plane.
+BINS = (np.arange(N_BINS) + 0.5) / N_BINS
+MIDDLES = np.stack(np.meshgrid(BINS, BINS, indexing="ij"), -1).reshape(-1, 2)
 
 
 class Driver:
@@ -26,11 +28,7 @@ class Driver:
     def __init__(self, scenario: Scenario) -> None:
         """Learn the size of room and step."""
         self._steps_per_room = scenario.arena.size_m / scenario.arena.step_m
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget on which side obstacles were passed."""
-        self._side = np.zeros(0)
+        self._side: np.ndarray | None = None  # on which obstacles were passed
 
     def distance_steps(self, view: View, goal: Float[np.ndarray, "robots 2"]) -> Float[np.ndarray, " robots"]:
         """How far goals are, in steps."""
@@ -45,8 +43,7 @@ class Driver:
             np.arctan2(gap[:, 1], gap[:, 0]) - np.arctan2(heading[:, 1], heading[:, 0])
         ).astype(np.float64)
         length = np.minimum(self.distance_steps(view, goal), 1.0).astype(np.float64)
-        side = self._side if len(self._side) else np.zeros(len(length))
-        waypoint, self._side = step_towards(bearing, length, free_steps, side)
+        waypoint, self._side = step_towards(bearing, length, free_steps, view.kept(self._side, 0.0))
         return waypoint
 
 
@@ -62,26 +59,33 @@ class BestView:
         self._step = scenario.arena.step_m / scenario.arena.size_m
         self._sight = scenario.sensing.sensor_range_m / scenario.arena.size_m
 
-    def reset(self) -> None:
-        """Nothing to forget."""
-
     def step(
-        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: np.random.Generator
+        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: Chance
     ) -> Float[np.ndarray, "robots 2"]:
         """Waypoints along the rays that show most, as far as these are open."""
         angle_rad, length = ray_angles(free_steps.shape[1]), safe_lengths(free_steps)
-        heading = view.own("heading")
-        world_rad = angle_rad[None] + np.arctan2(heading[:, 1], heading[:, 0])[:, None]
-        ahead = self._step * length[..., None] * np.stack([np.cos(world_rad), np.sin(world_rad)], axis=-1)
-        away = np.linalg.norm((view.own("position")[:, None] + ahead)[:, :, None] - MIDDLES, axis=-1)
-        wanted = candidates(view.survey)[:, None]
-        shown = wanted & (away <= self._sight)
-        rest = np.where(wanted & ~shown, away, np.inf).min(axis=2) / self._step
-        worth = shown.sum(axis=2) - np.where(np.isfinite(rest), rest, 0.0)
+        shown, rest = self._after(view, angle_rad, length)
+        worth = shown - np.where(np.isfinite(rest), rest, 0.0)
         ray = np.where(length >= _LEAST_STEP, worth, -np.inf).argmax(axis=1)
         rows = np.arange(len(ray))
         body = np.stack([np.cos(angle_rad), np.sin(angle_rad)], axis=-1)[ray]
         return length[rows, ray][:, None] * body
+
+    def _after(
+        self, view: View, angle_rad: Float[np.ndarray, " rays"], length: Float[np.ndarray, "robots rays"]
+    ) -> tuple[Int[np.ndarray, "robots rays"], Float[np.ndarray, "robots rays"]]:
+        """Squares that a step along each ray brings in range, and steps from there to the nearest other."""
+        heading = view.own("heading")
+        world_rad = angle_rad[None] + np.arctan2(heading[:, 1], heading[:, 0])[:, None]
+        ahead = self._step * length[..., None] * np.stack([np.cos(world_rad), np.sin(world_rad)], axis=-1)
+        there = view.own("position")[:, None] + ahead
+        x2, y2 = (np.square(there[..., k, None] - BINS) for k in (0, 1))
+        away2 = (x2[..., :, None] + y2[..., None, :]).reshape(*there.shape[:2], -1)
+        wanted = np.where(candidates(view.survey), 0.0, np.inf)[:, None]
+        away2 += wanted
+        near = away2 <= self._sight**2
+        rest2 = np.where(near, np.inf, away2).min(axis=2)
+        return near.sum(axis=2), np.sqrt(rest2) / self._step
 
 
 class Frontier:
@@ -91,26 +95,21 @@ class Frontier:
         """Learn the size of room and step."""
         self._driver = Driver(scenario)
         self._steps_per_room = scenario.arena.size_m / scenario.arena.step_m
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget goals."""
-        self._driver.reset()
-        self._tries, self._goal = np.zeros((0, 0)), np.zeros(0, dtype=np.int64)
+        self._tries: np.ndarray | None = None
+        self._goal: np.ndarray | None = None
 
     def step(
-        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: np.random.Generator
+        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: Chance
     ) -> Float[np.ndarray, "robots 2"]:
         """Waypoints towards the goals; a robot that has seen all goes to what it knows least."""
         survey, rows = view.survey, np.arange(len(view.rows))
-        if not len(self._goal):
-            self._tries, self._goal = np.zeros_like(survey), np.full(len(rows), -1)
+        tries, before = view.kept(self._tries, 0.0, survey.shape[1:]), view.kept(self._goal, -1)
         gap = MIDDLES[None] - view.own("position")[:, None]
-        cost = self._steps_per_room * np.hypot(gap[..., 0], gap[..., 1]) + _PATIENCE_STEPS * self._tries
-        cost[rows[self._goal >= 0], self._goal[self._goal >= 0]] -= _LOYALTY_STEPS
+        cost = self._steps_per_room * np.hypot(gap[..., 0], gap[..., 1]) + _PATIENCE_STEPS * tries
+        cost[rows[before >= 0], before[before >= 0]] -= _LOYALTY_STEPS
         goal = np.where(candidates(survey), cost, np.inf).argmin(axis=1)
-        self._tries[rows, goal] += 1.0
-        self._goal = goal
+        tries[rows, goal] += 1.0
+        self._tries, self._goal = tries, goal
         return self._driver.towards(view, MIDDLES[goal], free_steps)
 
 

@@ -10,6 +10,7 @@ from baselines.policies.observation_view import View
 from baselines.policies.signal_following import Approach
 from baselines.policies.steering import open_rays, random_step, ray_angles, step_towards
 from baselines.policies.triggers import Trigger
+from wifipgo.rows import Chance
 from wifipgo.scenarios import Scenario
 from wifipgo.se2 import wrap_angle
 
@@ -18,13 +19,13 @@ _CLOSE_STEPS = 0.4  # nearer than this to a point counts as there
 
 @runtime_checkable
 class Motion(Protocol):
-    """Gives every robot a waypoint in the body frame, in steps."""
+    """Gives every robot a waypoint in the body frame, in steps.
 
-    def reset(self) -> None:
-        """Forget the last episode."""
+    What it remembers is one value a row, and `View.kept` says which rows begin anew.
+    """
 
     def step(
-        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: np.random.Generator
+        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: Chance
     ) -> Float[np.ndarray, "robots 2"]:
         """One waypoint for each robot."""
 
@@ -32,11 +33,8 @@ class Motion(Protocol):
 class Uniform:
     """RandomWalk of paper Sec. 5: each step in any open direction."""
 
-    def reset(self) -> None:
-        """Nothing to forget."""
-
     def step(
-        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: np.random.Generator
+        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: Chance
     ) -> Float[np.ndarray, "robots 2"]:
         """A random waypoint."""
         return random_step(free_steps, rng=rng)
@@ -52,15 +50,12 @@ class Persistent:
         """Set the standard deviation of a turn."""
         self._wobble_rad, self._turn_rad = wobble_rad, scenario.turn.turn_rad
 
-    def reset(self) -> None:
-        """Nothing to forget."""
-
     def step(
-        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: np.random.Generator
+        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: Chance
     ) -> Float[np.ndarray, "robots 2"]:
         """A whole step ahead, or a random one where that way is not open."""
         n, n_rays = free_steps.shape
-        ahead = rng.normal(-self._turn_rad, self._wobble_rad, size=(n,))
+        ahead = -self._turn_rad + self._wobble_rad * rng.standard_normal((n,))
         anywhere = random_step(free_steps, rng=rng)
         ray = np.abs(wrap_angle(ray_angles(n_rays)[None] - ahead[:, None])).argmin(axis=1)
         clear = open_rays(free_steps)[np.arange(n), ray]
@@ -75,12 +70,8 @@ class ToPoint:
         """Choose the point."""
         self.driver, self._own_start = Driver(scenario), own_start
 
-    def reset(self) -> None:
-        """Forget sides of obstacles."""
-        self.driver.reset()
-
     def step(
-        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: np.random.Generator
+        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: Chance
     ) -> Float[np.ndarray, "robots 2"]:
         """Towards the point; at it, no step."""
         goal = view.own("start") if self._own_start else np.full((len(view.rows), 2), 0.5)
@@ -99,26 +90,20 @@ class HomeWhenLost:
         """Compose."""
         self._explore, self._home = explore, ToPoint(scenario, own_start=True)
         self._spread_m, self._release = spread_m, release
-        self.reset()
-
-    def reset(self) -> None:
-        """Nobody is on the way home."""
-        self._explore.reset()
-        self._home.reset()
-        self._homing = np.zeros(0, dtype=bool)
+        self._homing: np.ndarray | None = None
 
     def step(
-        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: np.random.Generator
+        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: Chance
     ) -> Float[np.ndarray, "robots 2"]:
         """Home, or on."""
         spread_m = view.own("recorded_spread")[:, 0]
-        homing = self._homing if len(self._homing) else np.zeros(len(spread_m), dtype=bool)
-        self._homing = spread_m > np.where(homing, self._release, 1.0) * self._spread_m
+        homing = view.kept(self._homing, False)
+        homing = self._homing = spread_m > np.where(homing, self._release, 1.0) * self._spread_m
         explore = self._explore.step(view, free_steps, rng=rng)
         home = self._home.step(view, free_steps, rng=rng)
         looking = random_step(free_steps, rng=rng)
         home = np.where(home.any(axis=1, keepdims=True), home, looking)
-        return np.where(self._homing[:, None], home, explore)
+        return np.where(homing[:, None], home, explore)
 
 
 class ToSighted:
@@ -128,20 +113,15 @@ class ToSighted:
         """Compose."""
         self._explore, self._trigger = explore, trigger
         self._steps_per_range = scenario.visual_range_m / scenario.arena.step_m
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget sides of obstacles."""
-        self._explore.reset()
-        self._side = np.zeros(0)
+        self._side: np.ndarray | None = None
 
     def step(
-        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: np.random.Generator
+        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: Chance
     ) -> Float[np.ndarray, "robots 2"]:
         """Towards who is seen, or on."""
         away = self._steps_per_range * view.own("sighted")[:, 0].astype(np.float64)
         towards = view.own("sighted_bearing").astype(np.float64)
-        side = self._side if len(self._side) else np.zeros(len(away))
+        side = view.kept(self._side, 0.0)
         length = np.clip(away - _CLOSE_STEPS, 0.0, 1.0)
         goes = self._trigger(view) & (away > 0.0)
         waypoint, taken = step_towards(np.arctan2(towards[:, 1], towards[:, 0]), length, free_steps, side)
@@ -161,25 +141,20 @@ class Convoy:
     def __init__(self, explore: Motion, *, period: int) -> None:
         """Compose."""
         self._explore, self._period, self._follow = explore, period, Approach()
-        self.reset()
+        self._clock: np.ndarray | None = None
 
-    def reset(self) -> None:
-        """The first robots lead again."""
-        self._explore.reset()
-        self._follow.reset()
-        self._clock, self._observed = 0, np.zeros(0)
-
-    def _leads(self, n: int) -> Bool[np.ndarray, " robots"]:
-        turn = self._clock // self._period if self._period else 0
-        return (np.arange(n) + turn) % 2 == 0
+    def _leads(self, view: View) -> Bool[np.ndarray, " robots"]:
+        """Who leads now; at the start of an episode those of even number."""
+        clock = view.kept(self._clock, 0)
+        self._clock = clock + 1
+        return (view.peers + (clock // self._period if self._period else 0)) % 2 == 0
 
     def step(
-        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: np.random.Generator
+        self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: Chance
     ) -> Float[np.ndarray, "robots 2"]:
         """Lead, follow, or wait where one is seen."""
         present = view.slot("present")[..., 0] > 0.0
         slot = np.where(present, view.slot("esnr")[..., 0], -np.inf).argmax(axis=1)
-        follows = ~self._leads(len(slot)) & present.any(axis=1)
+        follows = ~self._leads(view) & present.any(axis=1)
         follow = self._follow.step(view, slot, follows, free_steps)
-        self._clock += 1
         return np.where(follows[:, None], follow, self._explore.step(view, free_steps, rng=rng))

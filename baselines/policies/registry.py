@@ -7,12 +7,13 @@ from typing import Any
 from baselines.policies import scripted
 from baselines.policies.learned.policy import LearnedPolicy
 from baselines.policies.oracle import OracleBearing
-from baselines.policies.rendezvous import ActiveRendezvous, Policy, RandomRendezvous
+from baselines.policies.policy import DrivesTeams
+from baselines.policies.rendezvous import ActiveRendezvous, RandomRendezvous
 from baselines.policies.specs import fitting, parameters_of, split_spec
 from wifipgo.errors import pick
 from wifipgo.scenarios import Scenario
 
-POLICIES: Mapping[str, Callable[..., Policy]] = MappingProxyType(
+POLICIES: Mapping[str, Callable[..., DrivesTeams]] = MappingProxyType(
     {
         "active": ActiveRendezvous,
         "convoy": scripted.convoy,
@@ -33,7 +34,7 @@ POLICIES: Mapping[str, Callable[..., Policy]] = MappingProxyType(
 )
 
 
-def make_policy(spec: str, scenario: Scenario, **parameters: Any) -> Policy:
+def make_policy(spec: str, scenario: Scenario, **parameters: Any) -> DrivesTeams:
     """Build a policy from its name, with parameters if any: ``active:err_threshold=0.5``.
 
     Args:

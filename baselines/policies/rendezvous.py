@@ -1,55 +1,29 @@
 """Teams: a motion for everybody, and on top of it the calls of Algorithm 2 and the answers of Algorithm 1."""
 
-from collections.abc import Mapping
-from typing import Protocol, runtime_checkable
-
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Int
 
 from baselines.policies.motions import Motion, Uniform
 from baselines.policies.observation_view import View
+from baselines.policies.policy import DrivesTeams
 from baselines.policies.signal_following import Approach
 from baselines.policies.triggers import Trigger, err_above
-from envs.rendezvous_v0 import layout
-from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.scenarios import Scenario
 
-Observations = Mapping[str, Float[np.ndarray, " numbers"]]
-Actions = dict[str, Float[np.ndarray, "3"]]
+_EPISODE_KEY = 0xAC7
 
 
-@runtime_checkable
-class Policy(Protocol):
-    """Drives a whole team."""
-
-    def reset(self, seed: int, episode: int = 0) -> None:
-        """Forget the last episode and key the policy's own chance."""
-
-    def act(self, observations: Observations) -> Actions:
-        """One action for each observation, both by agent."""
-
-
-class Walkers:
+class Walkers(DrivesTeams):
     """A team in which everybody follows one motion; nobody calls or answers."""
 
     def __init__(self, scenario: Scenario, motion: Motion) -> None:
         """Learn the layout of the observations from the scenario."""
-        self._fields = {field.name: field for field in layout(scenario)}
+        super().__init__(scenario, key=_EPISODE_KEY)
         self._steps_per_range = scenario.arena.lidar_range_m / scenario.arena.step_m
         self._motion = motion
-        self.reset(0)
 
-    def reset(self, seed: int, episode: int = 0) -> None:
-        """Forget the last episode and key the walk's chance."""
-        self._rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(episode, 0xAC7)))
-        self._motion.reset()
-
-    @plain_arithmetic
-    def act(self, observations: Observations) -> Actions:
-        """One action for each observation."""
-        view = View.of(observations, self._fields)
-        actions = self._act(view, self._steps_per_range * view.lidar)
-        return dict(zip(observations, actions.astype(np.float32), strict=True))
+    def _actions(self, view: View) -> np.ndarray:
+        return self._act(view, self._steps_per_range * view.lidar)
 
     def _act(self, view: View, free_steps: np.ndarray) -> np.ndarray:
         walk = self._motion.step(view, free_steps, rng=self._rng)
@@ -77,13 +51,6 @@ class Callers(Walkers):
         """Compose."""
         self._trigger, self._refuge, self._approach = trigger, refuge, Approach()
         super().__init__(scenario, motion)
-
-    def reset(self, seed: int, episode: int = 0) -> None:
-        """Forget the last episode and key the walk's chance."""
-        super().reset(seed, episode)
-        self._approach.reset()
-        if self._refuge:
-            self._refuge.reset()
 
     def _act(self, view: View, free_steps: np.ndarray) -> np.ndarray:
         lost = self._trigger(view)

@@ -32,13 +32,8 @@ def step_length(
 class Approach:
     """Algorithm 1 as a motion: towards the robot in a slot, along the strongest path of its signal."""
 
-    def __init__(self) -> None:
-        """Approach nobody yet."""
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget sides of obstacles and counts."""
-        self._side, self._observed = np.zeros(0), np.zeros(0)
+    _side: np.ndarray | None = None
+    _observed: np.ndarray | None = None
 
     def step(
         self,
@@ -47,14 +42,19 @@ class Approach:
         comes: Bool[np.ndarray, " robots"],
         free_steps: Float[np.ndarray, "robots rays"],
     ) -> Float[np.ndarray, "robots 2"]:
-        """Algorithm 1's step, or none while each step already brings a new observation of the other."""
-        rows = np.arange(len(slot))
-        before = self._observed if len(self._observed) else np.full(len(slot), np.inf)
-        side = self._side if len(self._side) else np.zeros(len(slot))
-        observed = view.slot("observed")[rows, slot, 0]
-        bearing = strongest_bearing(view.slot("profile")[rows, slot])
-        length = step_length(view.slot("discrepancy")[rows, slot, 0])
-        waypoint, taken = step_towards(bearing, length, free_steps, side)
-        self._side = np.where(comes, taken, 0.0)
-        self._observed = np.where(comes, observed, np.inf)
-        return np.where((observed > before)[:, None], 0.0, waypoint)
+        """Algorithm 1's step, or none while each step already brings a new observation of the other.
+
+        Of those who do not come it forgets on which side they passed obstacles, and what they observed.
+        """
+        before, side = view.kept(self._observed, np.inf), view.kept(self._side, 0.0)
+        self._observed, self._side = np.full(len(slot), np.inf), np.zeros(len(slot))
+        waypoint, row = np.zeros((len(slot), 2)), np.flatnonzero(comes)
+        if not len(row):
+            return waypoint
+        observed = view.slot("observed")[row, slot[row], 0]
+        bearing = strongest_bearing(view.slot("profile")[row, slot[row]])
+        length = step_length(view.slot("discrepancy")[row, slot[row], 0])
+        towards, self._side[row] = step_towards(bearing, length, free_steps[row], side[row])
+        self._observed[row] = observed
+        waypoint[row] = np.where((observed > before[row])[:, None], 0.0, towards)
+        return waypoint

@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from envs.directions import ROOM_AHEAD_STEPS, safe_lengths
+from wifipgo.rows import Chance
 from wifipgo.se2 import wrap_angle
 
 # Turning to the other side of an obstacle costs as much as this detour: without it robots dither.
@@ -30,7 +31,7 @@ def _safe_length(free_steps: np.ndarray, ray: np.ndarray) -> np.ndarray:
 
 
 def random_step(
-    free_steps: Float[np.ndarray, "robots rays"], *, rng: np.random.Generator
+    free_steps: Float[np.ndarray, "robots rays"], *, rng: Chance
 ) -> Float[np.ndarray, "robots 2"]:
     """RandomWalk of paper Sec. 5: a step in a direction drawn uniformly from the open ones.
 
@@ -38,7 +39,7 @@ def random_step(
     number of times whatever it sees, so that walks of two policies stay paired.
     """
     n, n_rays = free_steps.shape
-    draw, jitter = rng.random((n, n_rays)), rng.uniform(-0.5, 0.5, n)
+    draw, jitter = rng.random((n, n_rays)), rng.random(n) - 0.5
     ray = np.where(open_rays(free_steps), draw, -1.0 + 1e-3 * free_steps).argmax(axis=1)
     angle = ray_angles(n_rays)[ray] + jitter * 2.0 * np.pi / n_rays
     return _waypoint(angle, _safe_length(free_steps, ray))

@@ -77,16 +77,19 @@ class Network:
     scenario: Mapping[str, Any]
     origin: Mapping[str, Any] = field(default_factory=dict)
 
-    def scores(self, shown: Float[np.ndarray, "rows shown"]) -> Float[np.ndarray, "rows outputs"]:
+    def scores(
+        self, shown: Float[np.ndarray, "*teams rows shown"]
+    ) -> Float[np.ndarray, "*teams rows outputs"]:
         """Answers of `flat`, or what each choice of `rays` scores: directions, stop, silence, call."""
         x = np.clip((shown - self.mean) / np.sqrt(self.variance + 1e-8), -self.clip, self.clip)
         if "action" in self.nets:
             return perceptron(self.nets["action"], x)
         whole, directions = split_rays(x)
-        each = np.concatenate([directions, np.repeat(whole[:, None], N_LIDAR_RAYS, axis=1)], axis=2)
-        pooled = np.concatenate([whole, directions.mean(axis=1), directions.max(axis=1)], axis=1)
+        for_each = np.broadcast_to(whole[..., None, :], (*directions.shape[:-1], whole.shape[-1]))
+        each = np.concatenate([directions, for_each], axis=-1)
+        pooled = np.concatenate([whole, directions.mean(axis=-2), directions.max(axis=-2)], axis=-1)
         rays = perceptron(self.nets["ray"], each)[..., 0]
-        return np.concatenate([rays, perceptron(self.nets["whole"], pooled)], axis=1)
+        return np.concatenate([rays, perceptron(self.nets["whole"], pooled)], axis=-1)
 
     def save(self, path: Path) -> None:
         """Write to a file that is there whole or not at all."""
@@ -151,11 +154,11 @@ def perceptron(
 
 
 def split_rays(
-    x: Float[np.ndarray, "rows shown"],
-) -> tuple[Float[np.ndarray, "rows whole"], Float[np.ndarray, "rows rays direction"]]:
+    x: Float[np.ndarray, "*rows shown"],
+) -> tuple[Float[np.ndarray, "*rows whole"], Float[np.ndarray, "*rows rays direction"]]:
     """Numbers of the robot, and those of each direction."""
-    directions = x[:, N_WHOLE:].reshape(len(x), -1, N_LIDAR_RAYS)
-    return x[:, :N_WHOLE], np.moveaxis(directions, 1, 2)
+    directions = x[..., N_WHOLE:].reshape(*x.shape[:-1], -1, N_LIDAR_RAYS)
+    return x[..., :N_WHOLE], np.swapaxes(directions, -1, -2)
 
 
 def _n_direction(n_shown: int) -> int:

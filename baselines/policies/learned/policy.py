@@ -1,6 +1,5 @@
 """Trained policies as policies: numpy only, so a robot or an evaluation needs no torch."""
 
-from collections.abc import Mapping
 from importlib.resources import as_file, files
 from pathlib import Path
 
@@ -8,9 +7,9 @@ import numpy as np
 from jaxtyping import Float
 
 from baselines.policies.learned.interfaces import make_interface, names_read
-from baselines.policies.learned.network import Network, layout_of, load_network, refuse_other_layout
-from baselines.policies.observation_view import flat_rows
-from wifipgo.arithmetic import plain_arithmetic
+from baselines.policies.learned.network import Network, load_network, refuse_other_layout
+from baselines.policies.observation_view import View
+from baselines.policies.policy import DrivesTeams
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
 
@@ -18,7 +17,7 @@ SHIPPED = "paper-sim-2.npz"
 _EPISODE_KEY = 0x99
 
 
-class LearnedPolicy:
+class LearnedPolicy(DrivesTeams):
     """A trained network that drives every robot, each by its own observation.
 
     Args:
@@ -48,7 +47,6 @@ class LearnedPolicy:
         trained = [name for name, _ in network.layout]
         refuse_other_layout(network, scenario, where, reads=names_read(network.interface, trained, scenario))
         self._interface = make_interface(network.interface, scenario, trained)
-        self._n_numbers = sum(size for _, size in layout_of(scenario))
         require(
             len(network.mean) == self._interface.n_shown,
             f"numbers that {where} is shown",
@@ -60,27 +58,14 @@ class LearnedPolicy:
             can_sample, "sample", f"False for the interface {network.interface!r}: it has no choices", sample
         )
         self._network, self._sample = network, sample
-        self.reset(0)
+        super().__init__(scenario, key=_EPISODE_KEY)
 
-    def reset(self, seed: int, episode: int = 0) -> None:
-        """Key the chance of sampled actions; nothing else is remembered."""
-        self._rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(episode, _EPISODE_KEY)))
-
-    @plain_arithmetic
-    def act(
-        self, observations: Mapping[str, Float[np.ndarray, " numbers"]]
-    ) -> dict[str, Float[np.ndarray, "3"]]:
-        """One action for each observation.
-
-        Raises:
-            ValueError: Observations of another scenario.
-        """
-        rows = flat_rows(observations)
-        n, rule = rows.shape[1], f"{self._n_numbers} numbers of the scenario that the policy was made for"
-        require(n == self._n_numbers, "observations", rule, n)
-        scores = self._network.scores(self._interface.shown(rows))
-        actions = self._interface.commands(self._answers(scores), rows)
-        return dict(zip(observations, actions, strict=True))
+    def _actions(self, view: View) -> Float[np.ndarray, "rows 3"]:
+        shown = self._interface.shown(view.rows)
+        # A product's rounding depends on how many rows it has: each team's is a product of its own.
+        teams = shown.reshape(-1, view.n_robots, shown.shape[1])
+        scores = self._network.scores(teams).reshape(len(shown), -1)
+        return self._interface.commands(self._answers(scores), view.rows)
 
     def _answers(self, scores: Float[np.ndarray, "rows outputs"]) -> np.ndarray:
         """The best choice of each kind, or one drawn with the softmax of its scores."""
