@@ -54,11 +54,18 @@ def test_an_aoa_estimator_that_finds_directions_is_one_row(monkeypatch: pytest.M
     np.testing.assert_allclose(off, 0.0, atol=np.deg2rad(3.0))
 
 
-def stay(poses: np.ndarray, *_: object, robots: Sequence[int], channel: Channel, **__: object) -> Solution:
+def stay(
+    poses: np.ndarray,
+    *_: object,
+    groups: Sequence[Sequence[int]],
+    channels: Sequence[Channel],
+    **__: object,
+) -> list[Solution]:
     """Send a message a robot, and leave poses as they are."""
-    for robot in robots:
-        channel.send(robot, Message(robot, "poses", 0, np.zeros((1, 3, 1))))
-    return Solution(poses, None)
+    for group, channel in zip(groups, channels, strict=True):
+        for robot in group:
+            channel.send(robot, Message(robot, "poses", 0, np.zeros((1, 3, 1))))
+    return [Solution(poses[list(group)], None) for group in groups]
 
 
 def test_a_back_end_is_one_row(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -70,12 +77,12 @@ def test_a_back_end_is_one_row(monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = scenario_named("paper-hw-2", n_steps=2, backend="stay", message_loss=0.2)
     _, tick = start(scenario, Streams.for_episode(3, 0))
     believed, rng = tick.belief, np.random.default_rng(0)
-    meeting = wifipgo.loop.exchange._meet(
-        believed.paths, believed.log, believed.team, [0, 1], cfg=scenario.graph, rng=rng
+    meetings = wifipgo.loop.exchange._meet(
+        believed.paths, believed.log, believed.team, [[0, 1]], cfg=scenario.graph, chances=[rng]
     )
-    assert meeting.served
-    assert meeting.bytes_sent >= 2 * 24
-    np.testing.assert_array_equal(meeting.paths.estimate, believed.paths.estimate)
+    assert meetings.served == (True,)
+    assert (meetings.bytes_sent >= 2 * 24).all()
+    np.testing.assert_array_equal(meetings.paths.estimate, believed.paths.estimate)
 
 
 def test_a_gate_is_one_row() -> None:

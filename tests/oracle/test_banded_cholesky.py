@@ -14,6 +14,8 @@ from wifipgo import se2
 from wifipgo.graph import Edges, solve
 from wifipgo.graph.edges import select
 from wifipgo.graph.solvers import _banded_cholesky as banded
+from wifipgo.graph.solvers import _banded_descent
+from wifipgo.graph.solvers._banded_descent import banded_optimum
 from wifipgo.graph.solvers._gtsam_search import as_values, covariances_of, least_squares
 from wifipgo.graph.solvers._linearised import Poses, squares
 from wifipgo.graph.solvers._problem import KNOWN_START, REPORTED_SIGMA, UNKNOWN_START, Problem, build, posed
@@ -54,7 +56,7 @@ def problem_of(
     return posed(
         poses,
         edges,
-        robots=robots,
+        groups=[robots],
         third_party=third_party,
         told_sigma=REPORTED_SIGMA,
         start_sigma=start_sigma,
@@ -79,7 +81,7 @@ def test_the_way_down_is_that_of_gtsam(
     poses, edges = walked(seed)
     problem = problem_of(poses, edges, robots, third_party, start_sigma)
     theirs = least_squares(build(problem, edges, huber=False), as_values(problem.start))
-    ours = banded.banded_optimum(problem, edges)
+    ours = banded_optimum(problem, edges)
     assert ours is not None
     assert ours.iterations == theirs.iterations
     np.testing.assert_allclose([ours.before, ours.after], [theirs.before, theirs.after], rtol=1e-9)
@@ -122,7 +124,7 @@ def test_residuals_and_slopes_are_those_of_gtsam(turn_rad: float) -> None:
         turn[3 * k : 3 * k + 2, 3 * k : 3 * k + 2] = [[c, -s], [s, c]]
     np.testing.assert_allclose(at.error, graph.error(values), rtol=1e-12)
     np.testing.assert_allclose(banded.gradient(sq, at, slope), -turn @ pull, rtol=1e-9, atol=1e-8)
-    found = dense(banded.normal_equations(sq, at, slope))
+    found = dense(*banded.normal_equations(sq, at, slope))
     np.testing.assert_allclose(found, turn @ information @ turn.T, rtol=1e-9, atol=1e-8)
 
 
@@ -143,7 +145,7 @@ def test_slopes_are_those_of_finite_differences(turn_rad: float) -> None:
     jacobian = np.stack([residuals(h) - residuals(-h) for h in 1e-6 * np.eye(6)], axis=1) / 2e-6
     at = banded.linearised(sq, start)
     slope = banded.slopes(sq, at)
-    found = dense(banded.normal_equations(sq, at, slope))
+    found = dense(*banded.normal_equations(sq, at, slope))
     np.testing.assert_allclose(found, jacobian.T @ jacobian, rtol=1e-7, atol=1e-5)
     down = jacobian.T @ residuals(np.zeros(6))
     np.testing.assert_allclose(banded.gradient(sq, at, slope), down, rtol=1e-7, atol=1e-5)
@@ -155,7 +157,7 @@ def test_poses_that_nothing_holds_are_left_to_gtsam() -> None:
     alone = select(edges, (edges.tail[:, 0] == 0) & (edges.head[:, 0] == 0))
     last = alone.tail[:, 1] >= 10, alone.head[:, 1] >= 10
     loose = select(alone, last[0] == last[1])
-    assert banded.banded_optimum(problem_of(poses, loose, [0]), loose) is None
+    assert banded_optimum(problem_of(poses, loose, [0]), loose) is None
     solved, _ = solve(poses, loose, robots=[0])
     assert np.isfinite(solved).all()
 
@@ -164,7 +166,7 @@ def test_a_wide_band_is_left_to_gtsam(monkeypatch: pytest.MonkeyPatch) -> None:
     """Either way gives the same poses and report."""
     poses, edges = walked(1)
     ours, report = solve(poses, edges, robots=[0, 1], covariances=True)
-    monkeypatch.setattr(banded, "WIDEST", 0.0)
+    monkeypatch.setattr(_banded_descent, "WIDEST", 0.0)
     theirs, other = solve(poses, edges, robots=[0, 1], covariances=True)
     np.testing.assert_allclose(ours, theirs, atol=1e-6)
     np.testing.assert_allclose(report.chi2_after, other.chi2_after, rtol=1e-9)

@@ -17,29 +17,30 @@ from wifipgo.errors import NumericalError
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.distributed import Channel, DistributedConfig
 from wifipgo.graph.distributed.simulated_team import solve_by_robots
-from wifipgo.graph.edges import Edges
+from wifipgo.graph.edges import Edges, known_to
 from wifipgo.graph.outliers.methods import OutlierMethod, gate_weights, solve_robust
 from wifipgo.graph.solvers import last_pose_covariances
+from wifipgo.graph.solvers.groups import solve_groups
 
 # Robots that solve for themselves stop when none moves further, in m.
 _THRESHOLD_M = 0.01
 
 
 class Solution(NamedTuple):
-    """What a back-end found.
+    """What a back-end found for a group.
 
     Attributes:
-        poses: Of all robots; those that take no part are as they were.
-        covariances: Of the last poses of those that take part, along the axes of the world, if known.
+        poses: Of those that take part, in the order in which they were named.
+        covariances: Of their last poses, along the axes of the world, if known.
     """
 
-    poses: Float[np.ndarray, "robots times 3"]
+    poses: Float[np.ndarray, "group times 3"]
     covariances: Float[np.ndarray, "group 3 3"] | None
 
 
 @runtime_checkable
 class Solve(Protocol):
-    """Poses of robots that meet; nothing where the answer is not to be believed."""
+    """Poses of robots that meet, group by group; nothing where an answer is not to be believed."""
 
     def __call__(
         self,
@@ -47,12 +48,15 @@ class Solve(Protocol):
         edges: Edges,
         bearings: Bearings,
         *,
-        robots: Sequence[int],
+        groups: Sequence[Sequence[int]],
         method: OutlierMethod,
         third_party: str,
-        channel: Channel,
-    ) -> Solution | None:
-        """Solve for ``robots`` under an outlier method; ``channel`` carries and counts what is sent."""
+        channels: Sequence[Channel],
+    ) -> Sequence[Solution | None]:
+        """Solve for groups under an outlier method; nobody is in two, so none depends on another.
+
+        A channel a group carries and counts what is sent.
+        """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,25 +82,51 @@ def solve_centrally(
     edges: Edges,
     bearings: Bearings,
     *,
-    robots: Sequence[int],
+    groups: Sequence[Sequence[int]],
     method: OutlierMethod,
     third_party: str,
-    channel: Channel,
+    channels: Sequence[Channel],
+) -> Sequence[Solution | None]:
+    """Let one robot of each group solve for all of it; nothing is sent meanwhile.
+
+    Plain squares of all groups are one system.
+    """
+    found: Sequence[Solution | None] = [None] * len(groups)
+    if method == OutlierMethod():
+        optima = solve_groups(poses, edges, groups=groups, third_party=third_party)
+        found = [low and Solution(*low) for low in optima]
+    return [
+        one
+        or _searched(
+            poses, known_to(edges, group), bearings, group=group, method=method, third_party=third_party
+        )
+        for one, group in zip(found, groups, strict=True)
+    ]
+
+
+def _searched(
+    poses: Float[np.ndarray, "robots times 3"],
+    edges: Edges,
+    bearings: Bearings,
+    *,
+    group: Sequence[int],
+    method: OutlierMethod,
+    third_party: str,
 ) -> Solution | None:
-    """Let one of the robots solve for all; nothing is sent meanwhile."""
+    """One group's optimum under any method."""
     try:
         solved, report = solve_robust(
             poses,
             edges,
             bearings,
-            robots=robots,
+            robots=group,
             outliers=method,
             third_party=third_party,
             covariances=True,
         )
     except NumericalError:
         return None
-    return Solution(solved, report.last_pose_covariances)
+    return Solution(solved[list(group)], report.last_pose_covariances)
 
 
 def solve_separately(
@@ -104,19 +134,41 @@ def solve_separately(
     edges: Edges,
     bearings: Bearings,
     *,
-    robots: Sequence[int],
+    groups: Sequence[Sequence[int]],
+    method: OutlierMethod,
+    third_party: str,
+    channels: Sequence[Channel],
+) -> Sequence[Solution | None]:
+    """Let each robot solve for its own poses; what has not converged is not believed."""
+    return [
+        _agreed(
+            poses,
+            known_to(edges, group),
+            group=group,
+            method=method,
+            third_party=third_party,
+            channel=channel,
+        )
+        for group, channel in zip(groups, channels, strict=True)
+    ]
+
+
+def _agreed(
+    poses: Float[np.ndarray, "robots times 3"],
+    edges: Edges,
+    *,
+    group: Sequence[int],
     method: OutlierMethod,
     third_party: str,
     channel: Channel,
 ) -> Solution | None:
-    """Let each robot solve for its own poses; what has not converged is not believed."""
-    weight = gate_weights(edges, None, method.gate, robots)
-    edges = replace(edges, weight=edges.weight * weight)
+    """What the robots of one group agree on."""
+    edges = replace(edges, weight=edges.weight * gate_weights(edges, None, method.gate, group))
     try:
         solved, report = solve_by_robots(
             poses,
             edges,
-            robots=robots,
+            robots=group,
             loss=method.loss,
             third_party=third_party,
             config=DistributedConfig(threshold=_THRESHOLD_M),
@@ -128,8 +180,8 @@ def solve_separately(
         return None
     known = None
     with suppress(NumericalError):  # then the last ones stay
-        known = last_pose_covariances(solved, edges, robots=robots, third_party=third_party)
-    return Solution(solved, known)
+        known = last_pose_covariances(solved, edges, robots=group, third_party=third_party)
+    return Solution(solved[list(group)], known)
 
 
 BACKENDS: Mapping[str, Backend] = MappingProxyType(

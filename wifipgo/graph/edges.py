@@ -4,7 +4,7 @@ Trajectories are one dense array of world-frame poses, ``poses[robot, index]`` =
 ``(x_m, y_m, yaw_rad)``: every robot has one pose an iteration.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -111,17 +111,40 @@ def select(edges: Edges, rows: Bool[np.ndarray, " edges"] | Int[np.ndarray, " ro
     return Edges(**{f: getattr(edges, f).take(listed, axis=0) for f in _NAMES})
 
 
-@harmless_underflow
+def known_to(edges: Edges, robots: Sequence[int]) -> Edges:
+    """What some robots measured."""
+    return select(edges, np.isin(edges.tail[:, 0], robots))
+
+
 def refresh_reported(
     edges: Edges, poses: Float[np.ndarray, "robots times 3"], *, robots: Iterable[int]
 ) -> Edges:
     """Let the given robots tell each other their current poses (what a rendezvous exchanges)."""
-    among = np.zeros(len(poses), dtype=bool)
-    among[list(robots)] = True
-    rows = np.flatnonzero(among[edges.tail[:, 0]] & among[edges.head[:, 0]])
+    return refresh_reported_within(edges, poses, groups=[list(robots)])
+
+
+@harmless_underflow
+def refresh_reported_within(
+    edges: Edges, poses: Float[np.ndarray, "robots times 3"], *, groups: Sequence[Sequence[int]]
+) -> Edges:
+    """Let robots of a group tell each other their current poses; nobody is in two groups."""
+    if not groups:
+        return edges
+    of = group_of(groups, len(poses))
+    tail, head = of.take(edges.tail[:, 0]), of.take(edges.head[:, 0])
+    rows = ((tail == head) & (tail >= 0)).nonzero()[0]
     now = edges.reported_pose.copy()
     now[rows] = poses[edges.head[rows, 0], edges.head[rows, 1]]
     return replace(edges, reported_pose=now)
+
+
+def group_of(groups: Sequence[Sequence[int]], n_robots: int) -> Int[np.ndarray, " robots"]:
+    """Number of the group that each robot is in, -1 of those in none."""
+    of = np.full(n_robots, -1)
+    of[[robot for group in groups for robot in group]] = np.repeat(
+        np.arange(len(groups)), [len(group) for group in groups]
+    )
+    return of
 
 
 _NAMES = tuple(f.name for f in fields(Edges))

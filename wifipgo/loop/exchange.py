@@ -4,18 +4,20 @@ A rendezvous is an exchange: trajectories, measurements and bearings. Under the 
 "at_rendezvous" it is also the only time at which poses are optimised (Eq. 3).
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from wifipgo.graph.backends import BACKENDS
+from wifipgo.graph.backends import BACKENDS, Solution
 from wifipgo.graph.config import GraphConfig
 from wifipgo.graph.distributed import Channel
-from wifipgo.graph.edges import Edges, refresh_reported
+from wifipgo.graph.edges import Edges, group_of, refresh_reported_within
 from wifipgo.graph.outliers.methods import OUTLIER_METHODS
 from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
 from wifipgo.rendezvous import NOBODY, due_groups
+from wifipgo.rows import Chance, Generators, Rows
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import MeasurementLog, Paths, Team
 
@@ -25,34 +27,38 @@ BYTES_PER_POSE, BYTES_PER_EDGE, BYTES_PER_BEARING = 24, 64, 32
 # A packet of a turn that says where its sender is: 802.11 header and check, position, its covariance.
 BYTES_PER_PING = 28 + 16 + 24
 _ATTEMPTS = 10  # how often a message is sent at most
+Group = Sequence[int]
 
 
-class Meeting(NamedTuple):
-    """What a rendezvous leaves behind.
+class Meetings(NamedTuple):
+    """What rendezvous leave behind.
 
     Attributes:
         paths: Poses of all robots, and covariances of the last.
         edges: Measurements, with what those that met told each other.
-        bytes_sent: Exchanged.
-        served: Whether the robots know what they met for; if not they try again.
+        bytes_sent: Exchanged by each group.
+        served: Whether each group's robots know what they met for; if not they try again.
     """
 
     paths: Paths
     edges: Edges
-    bytes_sent: int
-    served: bool = True
+    bytes_sent: Int[np.ndarray, " groups"]
+    served: tuple[bool, ...]
 
 
 def exchange(
     paths: Paths,
     log: MeasurementLog,
     team: Team,
-    rate_mbit_s: Float[np.ndarray, "robots robots"],
+    rate_mbit_s: Float[np.ndarray, "rows peers"],
     *,
     scenario: Scenario,
-    rng: np.random.Generator,
+    rng: Chance,
 ) -> tuple[Paths, MeasurementLog, Team]:
-    """Hold every rendezvous that is due; a call that was up in a group is served.
+    """Hold every rendezvous that is due, all at once; a call that was up in a group is served.
+
+    Nobody is in two groups, and what outsiders told a member stands in the log already, so no meeting
+    depends on another.
 
     Args:
         paths: What the robots believe.
@@ -63,76 +69,96 @@ def exchange(
         rng: Chance of messages that are lost.
     """
     kappa, q_mbit_s = scenario.rendezvous.kappa, scenario.link.q_mbit_s
-    for group in due_groups(team.observed, rate_mbit_s, kappa=kappa, q_mbit_s=q_mbit_s):
-        meeting = _meet(paths, log, team, group, cfg=scenario.graph, rng=rng)
-        paths, log = meeting.paths, log._replace(edges=meeting.edges)
-        team = team._replace(bytes_sent=team.bytes_sent + meeting.bytes_sent)
-        team = _met(team, group, paths.t) if meeting.served else team
-    return paths, log, team
+    groups = due_groups(team.observed, rate_mbit_s, kappa=kappa, q_mbit_s=q_mbit_s)
+    if not groups:
+        return paths, log, team
+    rows = Rows.of(*team.observed.shape)
+    meetings = _meet(paths, log, team, groups, cfg=scenario.graph, chances=_chances(rng, groups, rows))
+    world = rows.world(np.array([group[0] for group in groups]))
+    sent = np.bincount(world, meetings.bytes_sent, minlength=rows.n_worlds).astype(np.int64)
+    team = team._replace(bytes_sent=team.bytes_sent + int(sent.sum()))
+    served = [group for group, known in zip(groups, meetings.served, strict=True) if known]
+    return meetings.paths, log._replace(edges=meetings.edges), _met(team, served, paths.t)
 
 
-def _met(team: Team, group: list[int], t: int) -> Team:
+def _chances(rng: Chance, groups: Sequence[Group], rows: Rows) -> list[np.random.Generator]:
+    """Each group's world's own chance."""
+    each = rng.each if isinstance(rng, Generators) else (rng,)
+    return [each[group[0] // rows.n_robots] for group in groups]
+
+
+def _met(team: Team, groups: Sequence[Group], t: int) -> Team:
     """Calls are served, and what the members had at iteration ``t`` each of them has."""
     observed, last_met, held = team.observed.copy(), team.last_met.copy(), team.held.copy()
-    callee, among = team.calls.callee.copy(), np.ix_(group, group)
-    observed[among], held[among] = 0, t + 1
-    last_met[group], callee[group] = t, NOBODY
+    callee, (member, peer) = team.calls.callee.copy(), _pairs(groups, team.observed.shape)
+    observed[member, peer], held[member, peer] = 0, t + 1
+    last_met[member], callee[member] = t, NOBODY
     return team._replace(
         observed=observed,
         held=held,
         last_met=last_met,
         calls=team.calls._replace(callee=callee),
-        met=(*team.met, tuple(group)),
+        met=(*team.met, *map(tuple, groups)),
     )
+
+
+def _pairs(
+    groups: Sequence[Group], shape: tuple[int, ...]
+) -> tuple[Int[np.ndarray, " pairs"], Int[np.ndarray, " pairs"]]:
+    """Rows and peers of all pairs of members of one group, everyone with oneself among them."""
+    rows, of = Rows.of(*shape), group_of(groups, shape[0])
+    member = np.flatnonzero(of >= 0)
+    among = rows.by_world(of)[rows.world(member)] == of[member, None]
+    k, peer = among.nonzero()
+    return member[k], peer
 
 
 def _meet(
     paths: Paths,
     log: MeasurementLog,
     team: Team,
-    group: list[int],
+    groups: Sequence[Group],
     *,
     cfg: GraphConfig,
-    rng: np.random.Generator,
-) -> Meeting:
+    chances: Sequence[np.random.Generator],
+) -> Meetings:
     """Exchange what the way of solving needs, solve (Eq. 3), and tell each other the new poses.
 
     Only what the members measured or were told enters. Gates on direction weighed the measurements
     when they came.
     """
     if cfg.incremental:
-        return Meeting(paths, log.edges, _bytes_of_news(paths, log, team, group))
+        return Meetings(paths, log.edges, _bytes_of_news(paths, log, team, groups), (True,) * len(groups))
     backend = BACKENDS[cfg.backend]
-    channel = Channel(loss=cfg.message_loss, attempts=_ATTEMPTS, rng=rng)
+    channels = [Channel(loss=cfg.message_loss, attempts=_ATTEMPTS, rng=rng) for rng in chances]
     found = backend.solve(
         paths.estimate,
         log.edges,
         log.bearings,
-        robots=group,
+        groups=groups,
         method=OUTLIER_METHODS[cfg.outliers].at_rendezvous(),
         third_party=cfg.third_party,
-        channel=channel,
+        channels=channels,
     )
-    n_bytes = channel.bytes_sent if backend.sends else _bytes_of_graphs(paths, log, group)
-    if found is None:  # what they measured cannot be solved for, so they go on as they were
-        return Meeting(paths, log.edges, n_bytes, served=False)
-    return Meeting(
-        _optimised(paths, found.poses, group, found.covariances),
-        refresh_reported(log.edges, found.poses, robots=group),
-        n_bytes,
-    )
+    n_bytes = _bytes_of_graphs(paths, log, groups)
+    if backend.sends:
+        n_bytes = np.array([channel.bytes_sent for channel in channels], dtype=np.int64)
+    # What some measured cannot be solved for, so they go on as they were.
+    solved = [(group, one) for group, one in zip(groups, found, strict=True) if one is not None]
+    paths = _optimised(paths, solved)
+    edges = refresh_reported_within(log.edges, paths.estimate, groups=[group for group, _ in solved])
+    return Meetings(paths, edges, n_bytes, tuple(one is not None for one in found))
 
 
-def _optimised(
-    paths: Paths,
-    estimate: Float[np.ndarray, "robots times 3"],
-    group: list[int],
-    known: Float[np.ndarray, "group 3 3"] | None,
-) -> Paths:
-    """Paths with other poses, and other covariances of the last poses of those that met, if known."""
-    covariance = paths.covariance.copy()
-    if known is not None:
-        covariance[group] = known
+def _optimised(paths: Paths, solved: Sequence[tuple[Group, Solution]]) -> Paths:
+    """Paths with other poses of those that met, and other covariances of the last poses, if known."""
+    if not solved:
+        return paths
+    estimate, covariance = paths.estimate.copy(), paths.covariance.copy()
+    for group, (poses, known) in solved:
+        estimate[list(group)] = poses
+        if known is not None:
+            covariance[list(group)] = known
     return paths._replace(estimate=estimate, covariance=covariance)
 
 
@@ -151,32 +177,44 @@ def solve_at_every_step(
         sent=team.held,
         pings=log.pings,
     )
-    edges = log.edges
-    for group in team.met:
-        edges = refresh_reported(edges, estimate, robots=group)
+    edges = refresh_reported_within(log.edges, estimate, groups=team.met)
     solved = paths._replace(estimate=estimate, covariance=covariance, smoothing=smoothing)
     return solved, log._replace(edges=edges)
 
 
-def _bytes_of_graphs(paths: Paths, log: MeasurementLog, group: list[int]) -> int:
+def _bytes_of_graphs(
+    paths: Paths, log: MeasurementLog, groups: Sequence[Group]
+) -> Int[np.ndarray, " groups"]:
     """Every member sends its trajectory, measurements and bearings to every other."""
-    member = np.zeros(len(paths.estimate), dtype=bool)
-    member[group] = True
-    n_edges = int(member[log.edges.tail[:, 0]].sum())
-    n_bearings = int(member[log.bearings.observer[:, 0]].sum())
-    content = BYTES_PER_POSE * len(group) * paths.estimate.shape[1]
-    content += BYTES_PER_EDGE * n_edges + BYTES_PER_BEARING * n_bearings
-    return content * (len(group) - 1)
+    n_robots, times = paths.estimate.shape[:2]
+    content = np.full(n_robots, BYTES_PER_POSE * times)
+    content += BYTES_PER_EDGE * np.bincount(log.edges.tail[:, 0], minlength=n_robots)
+    content += BYTES_PER_BEARING * np.bincount(log.bearings.observer[:, 0], minlength=n_robots)
+    return np.array([content[list(group)].sum() * (len(group) - 1) for group in groups])
 
 
-def _bytes_of_news(paths: Paths, log: MeasurementLog, team: Team, group: list[int]) -> int:
+def _bytes_of_news(
+    paths: Paths, log: MeasurementLog, team: Team, groups: Sequence[Group]
+) -> Int[np.ndarray, " groups"]:
     """Every member sends every other what that does not hold yet."""
-    n_bytes, edges, heard = 0, log.edges, log.bearings.observer
-    for receiver in group:
-        known = team.held[receiver]
-        for sender in (robot for robot in group if robot != receiver):
-            n_edges = int((edges.tail[:, 0] == sender) @ (edges.measured_at >= known[sender]))
-            n_heard = int((heard[:, 0] == sender) @ (heard[:, 1] >= known[sender]))
-            n_bytes += BYTES_PER_POSE * int(paths.t + 1 - known[sender])
-            n_bytes += BYTES_PER_EDGE * n_edges + BYTES_PER_BEARING * n_heard
-    return n_bytes
+    receiver, peer = _pairs(groups, team.held.shape)
+    known, of = team.held[receiver, peer], group_of(groups, len(team.held))
+    sender = receiver - receiver % team.held.shape[1] + peer
+    n_bytes = BYTES_PER_POSE * (paths.t + 1 - known)
+    n_bytes += BYTES_PER_EDGE * _later(log.edges.tail[:, 0], log.edges.measured_at, sender, known)
+    heard = log.bearings.observer
+    n_bytes += BYTES_PER_BEARING * _later(heard[:, 0], heard[:, 1], sender, known)
+    return np.bincount(of[receiver], n_bytes * (sender != receiver), minlength=len(groups)).astype(np.int64)
+
+
+def _later(
+    robot: Int[np.ndarray, " rows"],
+    time: Int[np.ndarray, " rows"],
+    sender: Int[np.ndarray, " pairs"],
+    since: Int[np.ndarray, " pairs"],
+) -> Int[np.ndarray, " pairs"]:
+    """How many rows are of each sender, and not from before ``since``."""
+    stride = 1 + int(max(time.max(initial=0), since.max(initial=0)))
+    ours = np.isin(robot, sender)
+    when = np.sort(robot[ours] * stride + time[ours])
+    return when.searchsorted((sender + 1) * stride) - when.searchsorted(sender * stride + since)

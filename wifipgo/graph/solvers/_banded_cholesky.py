@@ -1,26 +1,24 @@
-"""Banded Cholesky: Gauss-Newton in the plane on normal equations that are a narrow band.
+"""Banded Cholesky: normal equations in the plane that are a narrow band.
 
 Residuals are gtsam's, the logarithms of ``z^-1 T_tail_head``, and so are the steps: both ways go through the
 same poses, but for the digits that gtsam 4.3 loses in the slopes of logarithms of turns below 1e-3 rad. Its
 objects are made one by one through Python, which takes longer than the search itself for the 60 poses of
-two robots that meet.
+two robots that meet. Groups that share nothing are side by side: what is done to arrays is done to all at
+once, and LAPACK gets the band of each, so that a group's answer is what it is alone, to the bit.
 """
 
-from functools import partial
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
 from scipy.linalg import lapack
 
-from wifipgo.graph.edges import Edges
-from wifipgo.graph.solvers._gauss_newton import SingularError, descend
-from wifipgo.graph.solvers._linearised import Poses, Squares, squares
-from wifipgo.graph.solvers._problem import Problem
-from wifipgo.se2 import inverse_left_jacobian, inverse_left_jacobian_slope, left_jacobian_times, wrap_angle
+from wifipgo.graph.solvers._gauss_newton import SingularError
+from wifipgo.graph.solvers._linearised import Poses, Squares
+from wifipgo.se2 import inverse_left_jacobian, inverse_left_jacobian_slope, wrap_angle
 
-WIDEST = 4e7  # unknowns times squared width: beyond, gtsam's order of elimination is faster
-MOST_POSES = 1000  # more are never narrow enough
 _PIVOT = 1e-13  # least share of a diagonal that elimination leaves: less is rounding
 
 
@@ -29,7 +27,7 @@ class Linearisation(NamedTuple):
 
     Attributes:
         poses: In elimination order.
-        error: Half the chi-square.
+        error: Half the chi-square of each group.
         toward: From axes of the world into measured axes of each head.
         apart_m: From tail to head.
         away_m: Where the head is off its measured place.
@@ -39,7 +37,7 @@ class Linearisation(NamedTuple):
     """
 
     poses: Poses
-    error: float
+    error: Float[np.ndarray, " groups"]
     toward: Complex[np.ndarray, " rows"]
     apart_m: Complex[np.ndarray, " rows"]
     away_m: Complex[np.ndarray, " rows"]
@@ -62,55 +60,6 @@ class Slopes(NamedTuple):
     by_head: Complex[np.ndarray, " rows"]
 
 
-class Factors(NamedTuple):
-    """Cholesky's factors of the normal equations, and the headings where they hold."""
-
-    band: Float[np.ndarray, "diagonals unknowns"]
-    yaw_rad: Float[np.ndarray, " poses"]
-
-
-class BandedOptimum(NamedTuple):
-    """Where a search ended, how many steps it took, and half the chi-square before and after."""
-
-    squares: Squares
-    at: Linearisation
-    iterations: int
-    before: float
-    settled: bool = True
-
-    @property
-    def after(self) -> float:
-        """Half the chi-square where the search ended."""
-        return self.at.error
-
-    @property
-    def poses(self) -> Float[np.ndarray, "poses 3"]:
-        """Poses in the order of the problem."""
-        return rows_of(self.squares, self.at.poses)
-
-    def covariances(self, rows: Int[np.ndarray, " some"]) -> Float[np.ndarray, "some 3 3"]:
-        """Covariances of some poses, along the axes of the world."""
-        return covariances(self.squares, self.at, rows)
-
-
-def linearised_start(problem: Problem, edges: Edges) -> tuple[Squares, Linearisation] | None:
-    """A problem where its search starts; nothing where the band is too wide to be fast."""
-    if len(problem.start) > MOST_POSES:
-        return None
-    sq, poses = squares(problem, edges)
-    return (sq, linearised(sq, poses)) if 3.0 * len(sq.order) * sq.below**2 <= WIDEST else None
-
-
-def banded_optimum(problem: Problem, edges: Edges) -> BandedOptimum | None:
-    """Least squares; nothing where the band is too wide, or where Gauss-Newton does not come down."""
-    begin = linearised_start(problem, edges)
-    if begin is None:
-        return None
-    sq, start = begin
-    at, steps, settled = descend(partial(step, sq), start)
-    return BandedOptimum(sq, at, steps, start.error) if settled else None
-
-
 def linearised(sq: Squares, poses: Poses) -> Linearisation:
     """How far off the measurements are."""
     p_m, yaw_rad = poses
@@ -121,7 +70,8 @@ def linearised(sq: Squares, poses: Poses) -> Linearisation:
     inverse_jacobian = inverse_left_jacobian(away_rad)
     off_m = inverse_jacobian * away_m - sq.shift_m * away_rad
     info_m, info_rad = sq.information
-    error = 0.5 * float(np.vdot(off_m, info_m * off_m).real + away_rad @ (info_rad * away_rad))
+    each = info_m * _square(off_m) + info_rad * (away_rad * away_rad)
+    error = 0.5 * np.bincount(sq.blocks.of_row, each, minlength=len(sq.blocks))
     return Linearisation(poses, error, toward, apart_m, away_m, away_rad, inverse_jacobian, off_m)
 
 
@@ -140,10 +90,8 @@ def _dot(a: Complex[np.ndarray, " rows"], b: Complex[np.ndarray, " rows"]) -> Fl
     return a.real * b.real + a.imag * b.imag
 
 
-def normal_equations(
-    sq: Squares, at: Linearisation, slope: Slopes
-) -> Float[np.ndarray, "diagonals unknowns"]:
-    """Information of all poses, the diagonal and those below it."""
+def normal_equations(sq: Squares, at: Linearisation, slope: Slopes) -> list[Float[np.ndarray, "_ _"]]:
+    """Information of the poses of each group, the diagonal and those below it."""
     info_m, info_rad = sq.information
     n = len(sq.head) - (len(at.poses.p_m) - len(sq.order))  # rows between poses that are solved for
     pull = info_m * slope.by_p.conj()
@@ -157,9 +105,10 @@ def normal_equations(
     turns = info_m[:n] * _dot(slope.by_tail[:n], slope.by_head[:n]) - info_rad[:n]
     near, tail = near[:n], tail[:n]
     heads, cross = [near, near, *heads], [-near, -near, tail.real, tail.imag, -head.real, -head.imag, turns]
-    size = 3 * len(sq.order) * (sq.below + 1)
-    flat = np.bincount(sq.place, np.concatenate([*tails, *heads, *cross]), minlength=size)
-    return flat.reshape(-1, sq.below + 1).T
+    blocks = sq.blocks
+    flat = np.bincount(sq.place, np.concatenate([*tails, *heads, *cross]), minlength=int(blocks.cells[-1]))
+    cuts = zip(pairwise(blocks.cells.tolist()), (blocks.below + 1).tolist(), strict=True)
+    return [flat[begin:end].reshape(-1, width).T for (begin, end), width in cuts]
 
 
 def gradient(sq: Squares, at: Linearisation, slope: Slopes) -> Float[np.ndarray, " unknowns"]:
@@ -172,58 +121,45 @@ def gradient(sq: Squares, at: Linearisation, slope: Slopes) -> Float[np.ndarray,
     return by_pose[: 3 * len(sq.order)]
 
 
-def factored(sq: Squares, at: Linearisation, slope: Slopes) -> Factors:
-    """Cholesky's factors.
+def cholesky(band: Float[np.ndarray, "diagonals unknowns"]) -> Float[np.ndarray, "diagonals unknowns"]:
+    """Factors of normal equations, in their place.
 
     Raises:
         SingularError: Measurements do not say where the poses are.
     """
-    band = normal_equations(sq, at, slope)
     diagonal = band[0].copy()
     factors, failed = lapack.dpbtrf(band, lower=1, overwrite_ab=1)
     if failed or (factors[0] ** 2 < _PIVOT * diagonal).any():
         raise SingularError
-    return Factors(factors, at.poses.yaw_rad[: len(sq.order)])
+    return factors
 
 
-def step(sq: Squares, at: Linearisation, factors: Factors | None) -> tuple[Linearisation, Factors]:
-    """A step by the factors given, or by those of the system itself; each pose goes along an arc.
-
-    Factors of a system nearby are taken along with the poses: they hold in the axes of each.
-    """
-    slope, n = slopes(sq, at), len(sq.order)
-    down = gradient(sq, at, slope).reshape(-1, 3)
-    turned = None if factors is None else np.exp(1j * (at.poses.yaw_rad[:n] - factors.yaw_rad))
-    if turned is not None:
-        _rotate(down, turned.conj())
-    factors = factored(sq, at, slope) if factors is None else factors
-    down = lapack.dpbtrs(factors.band, down.ravel(), lower=1, overwrite_b=1)[0].reshape(-1, 3)
-    if turned is not None:
-        _rotate(down, turned)
-    p_m, yaw_rad = at.poses.p_m.copy(), at.poses.yaw_rad.copy()
-    p_m[:n] -= left_jacobian_times(-down[:, 2], down[:, 0] + 1j * down[:, 1])
-    yaw_rad[:n] -= down[:, 2]
-    return linearised(sq, Poses(p_m, yaw_rad)), factors
-
-
-def _rotate(rows: Float[np.ndarray, "poses 3"], turn: Complex[np.ndarray, " poses"]) -> None:
-    """Turn the positions of some rows, in place."""
-    xy = (rows[:, 0] + 1j * rows[:, 1]) * turn
-    rows[:, 0], rows[:, 1] = xy.real, xy.imag
-
-
-def covariances(
-    sq: Squares, at: Linearisation, rows: Int[np.ndarray, " some"]
-) -> Float[np.ndarray, "some 3 3"]:
-    """Covariances of some poses, along the axes of the world."""
+def group_covariances(
+    sq: Squares, at: Linearisation, rows: Sequence[Int[np.ndarray, " _"]]
+) -> list[Float[np.ndarray, "_ 3 3"] | None]:
+    """Covariances of some poses of each group, along the axes of the world; none beyond working precision."""
     place = np.empty(len(sq.order), dtype=np.int64)
     place[sq.order] = np.arange(len(sq.order))
-    unknown = (3 * place[rows][:, None] + np.arange(3)).ravel()
-    unit = np.zeros((3 * len(place), len(unknown)), order="F")
+    bands, begin = normal_equations(sq, at, slopes(sq, at)), sq.blocks.begin.tolist()
+    found: list[np.ndarray | None] = []
+    for band, asked, first in zip(bands, rows, begin[:-1], strict=True):
+        try:
+            found.append(_inverse_blocks(cholesky(band), place[asked] - first))
+        except SingularError:
+            found.append(None)
+    return found
+
+
+def _inverse_blocks(
+    factors: Float[np.ndarray, "diagonals unknowns"], places: Int[np.ndarray, " some"]
+) -> Float[np.ndarray, "some 3 3"]:
+    """Blocks of the inverse of a system on its diagonal."""
+    unknown = (3 * places[:, None] + np.arange(3)).ravel()
+    unit = np.zeros((factors.shape[1], len(unknown)), order="F")
     unit[unknown, np.arange(len(unknown))] = 1.0
-    half, _ = lapack.dtbtrs(factored(sq, at, slopes(sq, at)).band, unit, uplo="L", overwrite_b=1)
-    every = (half.T @ half).reshape(len(rows), 3, len(rows), 3)
-    each = np.arange(len(rows))
+    half, _ = lapack.dtbtrs(factors, unit, uplo="L", overwrite_b=1)
+    every = (half.T @ half).reshape(len(places), 3, len(places), 3)
+    each = np.arange(len(places))
     return every[each, :, each]
 
 

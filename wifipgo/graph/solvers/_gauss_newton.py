@@ -1,6 +1,7 @@
 """Gauss-Newton on squares, whoever makes the steps."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol, TypeVar, runtime_checkable
 
 SLACK, ROUNDING = 1e-9, 1e-13  # of squares, absolute and relative: within 1e-4 sigmas, all poses together
@@ -28,28 +29,59 @@ Factors = TypeVar("Factors")
 Step = Callable[[Place, Factors | None], tuple[Place, Factors]]
 
 
-def descend(step: Step[Place, Factors], start: Place) -> tuple[Place, int, bool]:
-    """Gauss-Newton while the error falls.
+@dataclass(slots=True)
+class Descent:
+    """What a search decides after each of its steps.
 
     Near the optimum one factorisation serves several steps. Falls shrink at least geometrically there, so
     the search ends when the next one would be below the tolerance, without a step to see it.
 
-    Returns:
-        The lowest place found, the steps taken, and whether it is the bottom.
+    Attributes:
+        steps: Taken so far.
+        reuses: Whether the factors of the last step serve the next one.
+        ended: Whether there is no next one.
+        settled: Whether it ended at the bottom.
+        last_fall: Of the error.
     """
-    at, factored, last_fall = start, None, 0.0
-    for iteration in range(1, MAX_STEPS + 1):
+
+    steps: int = 0
+    reuses: bool = False
+    ended: bool = False
+    settled: bool = False
+    last_fall: float = 0.0
+
+    def judge(self, before: float, after: float) -> bool:
+        """Take note of a step from one error to another; whether to go there."""
+        self.steps += 1
+        fall, slack = before - after, SLACK + ROUNDING * before
+        if not self.reuses and not fall >= -slack:  # downhill, yet not down; or not a number
+            self.ended = True
+            return False
+        shrinking = abs(fall) / self.last_fall if self.last_fall > 0.0 else 1.0
+        self.settled = abs(fall) * min(1.0, shrinking) <= slack
+        self.ended = self.settled or self.steps == MAX_STEPS
+        self.reuses = 0.0 < fall < NEAR and (not self.reuses or shrinking < SHRINKING)
+        self.last_fall = fall
+        return fall > 0.0
+
+    def give_up(self) -> None:
+        """Take note of a step that could not be made: the system is singular to working precision."""
+        self.steps += 1
+        self.ended = True
+
+
+def descend(step: Step[Place, Factors], start: Place) -> tuple[Place, Descent]:
+    """Gauss-Newton while the error falls.
+
+    Returns:
+        The lowest place found, and how the search ended.
+    """
+    at, factors, search = start, None, Descent()
+    while not search.ended:
         try:
-            stepped, factors = step(at, factored)
-        except RuntimeError:  # singular to working precision
+            stepped, factors = step(at, factors if search.reuses else None)
+        except RuntimeError:
+            search.give_up()
             break
-        fall, slack = at.error - stepped.error, SLACK + ROUNDING * at.error
-        if factored is None and not fall >= -slack:  # downhill, yet not down; or not a number
-            break
-        at = stepped if fall > 0.0 else at
-        shrinking = abs(fall) / last_fall if last_fall > 0.0 else 1.0
-        if abs(fall) * min(1.0, shrinking) <= slack:
-            return at, iteration, True
-        again = 0.0 < fall < NEAR and (factored is None or shrinking < SHRINKING)
-        factored, last_fall = factors if again else None, fall
-    return at, iteration, False
+        at = stepped if search.judge(at.error, stepped.error) else at
+    return at, search

@@ -76,10 +76,10 @@ def least_squares(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> Se
     """
     ordering = gtsam.Ordering.ColamdNonlinearFactorGraph(graph)
     start = _At(values, graph.error(values))
-    at, steps, settled = descend(partial(_step, graph, ordering), start)
-    if not settled:
-        return _damped(graph, at.values, start.error, steps)
-    return SearchOptimum(graph, at.values, steps, start.error, at.error)
+    at, search = descend(partial(_step, graph, ordering), start)
+    if not search.settled:
+        return _damped(graph, at.values, start.error, search.steps)
+    return SearchOptimum(graph, at.values, search.steps, start.error, at.error)
 
 
 def _step(

@@ -28,6 +28,30 @@ class Poses(NamedTuple):
     yaw_rad: Float[np.ndarray, " all"]
 
 
+class Blocks(NamedTuple):
+    """Groups whose systems share nothing: blocks of one system, each a band of its own width.
+
+    Attributes:
+        begin: First pose of each group, and the end of the last.
+        below: Diagonals below the main one in which a group's normal equations are not zero.
+        cells: First entry of each group's band where bands lie one behind another, and the end of the last.
+        of_row: Group of each measurement.
+    """
+
+    begin: Int[np.ndarray, " groups+1"]
+    below: Int[np.ndarray, " groups"]
+    cells: Int[np.ndarray, " groups+1"]
+    of_row: Int[np.ndarray, " rows"]
+
+    def __len__(self) -> int:
+        """How many groups."""
+        return len(self.below)
+
+    def poses(self, group: int) -> slice:
+        """A group's poses."""
+        return slice(int(self.begin[group]), int(self.begin[group + 1]))
+
+
 class Squares(NamedTuple):
     """Measurements, one row each; those of poses that stay where they are come last.
 
@@ -39,9 +63,9 @@ class Squares(NamedTuple):
         z_rad: Its measured heading.
         shift_m: What comes off the position with an error of one rad of the heading.
         information: Of position, 1 / m^2, and heading, 1 / rad^2.
-        order: Rows of the problem's poses, in elimination order.
-        below: Diagonals below the main one in which the normal equations are not zero.
-        place: Of their entries in that band, column by column.
+        order: Rows of the problem's poses, in elimination order, group by group.
+        blocks: Bands of the groups.
+        place: Of entries of the normal equations in these bands, column by column.
         slope_place: Of the entries of their right side.
     """
 
@@ -53,7 +77,7 @@ class Squares(NamedTuple):
     shift_m: Complex[np.ndarray, " rows"]
     information: Float[np.ndarray, "2 rows"]
     order: Int[np.ndarray, " poses"]
-    below: int
+    blocks: Blocks
     place: Int[np.ndarray, " entries"]
     slope_place: Int[np.ndarray, " slopes"]
 
@@ -65,7 +89,10 @@ def squares(problem: Problem, edges: Edges) -> tuple[Squares, Poses]:
     n, n_inner, first = len(problem.start), len(inner), problem.first_key[problem.team]
     stay = np.concatenate([problem.start[first], T_world_tail])
     tail = np.concatenate([problem.tail[:n_inner], first, problem.tail[n_inner:]])
-    order, tail, inner_head, below = _elimination_order(problem.start, tail, problem.head)
+    group = problem.group.repeat(n // len(first))
+    order, places, below = _elimination_order(problem.start, group, tail[:n_inner], problem.head)
+    blocks = _blocks(group, below, of_row=group[tail])
+    tail, inner_head = places[tail], places[problem.head]
     variance = [inner.sigma**2 / inner.weight[:, None], problem.start_sigma**2, told_variance]
     rest = np.zeros(len(stay))
     turn = np.exp(-1j * np.concatenate([inner.z[:, 2], rest]))
@@ -79,8 +106,8 @@ def squares(problem: Problem, edges: Edges) -> tuple[Squares, Poses]:
         shift_m=np.concatenate([np.zeros(n_inner + len(first)), _complex(shift_m)]),
         information=1.0 / np.concatenate(variance).T,
         order=order,
-        below=below,
-        place=_places(tail, inner_head, below),
+        blocks=blocks,
+        place=_places(tail, inner_head, blocks),
         slope_place=np.concatenate(
             [3 * tail, 3 * tail + 1, 3 * tail + 2, 3 * head, 3 * head + 1, 3 * head + 2]
         ),
@@ -94,27 +121,59 @@ def _complex(xy: Float[np.ndarray, "rows _"]) -> Complex[np.ndarray, " rows"]:
 
 
 def _elimination_order(
-    start: Float[np.ndarray, "poses 3"], tail: Int[np.ndarray, " rows"], head: Int[np.ndarray, " inner"]
-) -> tuple[Int[np.ndarray, " poses"], Int[np.ndarray, " rows"], Int[np.ndarray, " inner"], int]:
-    """Order poses along the direction in which measurements reach least far."""
+    start: Float[np.ndarray, "poses 3"],
+    group: Int[np.ndarray, " poses"],
+    tail: Int[np.ndarray, " inner"],
+    head: Int[np.ndarray, " inner"],
+) -> tuple[Int[np.ndarray, " poses"], Int[np.ndarray, " poses"], Int[np.ndarray, " groups"]]:
+    """Order each group's poses along the direction in which its measurements reach least far.
+
+    Returns:
+        Poses in order, the place of each pose, and the width of each group's band below its diagonal.
+    """
     along = (_complex(start) * _DIRECTIONS[:, None]).real
-    orders = along.argsort(axis=1, kind="stable")
+    by_group = np.broadcast_to(group, along.shape)
+    orders = np.lexsort((along, by_group)) if group[-1] else along.argsort(axis=1, kind="stable")
     places = orders.argsort(axis=1)
-    reach = np.abs(places.take(tail[: len(head)], axis=1) - places.take(head, axis=1)).max(axis=1, initial=0)
-    best = int(reach.argmin())
-    return orders[best], places[best][tail], places[best][head], 3 * int(reach[best]) + 2
+    apart = np.abs(places.take(tail, axis=1) - places.take(head, axis=1))
+    reach = _most(apart, group[tail], n_groups=int(group[-1]) + 1)
+    best = reach.argmin(axis=0)
+    place = places[best[group], np.arange(len(group))]
+    return place.argsort(), place, 3 * reach[best, np.arange(len(best))] + 2
+
+
+def _most(
+    x: Int[np.ndarray, "directions rows"], group: Int[np.ndarray, " rows"], n_groups: int
+) -> Int[np.ndarray, "directions groups"]:
+    """Largest of each group's columns, which lie side by side; 0 of a group without any."""
+    if n_groups == 1:
+        return x.max(axis=1, initial=0, keepdims=True)
+    begin = group.searchsorted(np.arange(n_groups))
+    padded = np.concatenate([x, np.zeros_like(x[:, :1])], axis=1)
+    return np.where(np.bincount(group, minlength=n_groups), np.maximum.reduceat(padded, begin, axis=1), 0)
+
+
+def _blocks(
+    group: Int[np.ndarray, " poses"], below: Int[np.ndarray, " groups"], of_row: Int[np.ndarray, " rows"]
+) -> Blocks:
+    begin = group.searchsorted(np.arange(len(below) + 1))
+    cells = np.zeros(len(below) + 1, dtype=np.int64)
+    np.cumsum(3 * np.diff(begin) * (below + 1), out=cells[1:])
+    return Blocks(begin, below, cells, of_row)
 
 
 def _places(
-    tail: Int[np.ndarray, " rows"], head: Int[np.ndarray, " inner"], below: int
+    tail: Int[np.ndarray, " rows"], head: Int[np.ndarray, " inner"], blocks: Blocks
 ) -> Int[np.ndarray, " entries"]:
     """Where entries go: blocks of all tails, of heads, and between the two.
 
-    The band is in columns of one more than ``below``, so row r of column c is at ``c * below + r``.
+    A group's band is in columns of one more than ``below``, so row r of its column c is at ``c * below + r``.
     """
-    own = (_OWN[1] * below + _OWN[0])[:, None]
-    i, j = 3 * tail[: len(head)], 3 * head
-    ends = i + _CROSS[1][:, None], j + _CROSS[0][:, None]
+    of, n = blocks.of_row, len(head)
+    below, cells, first = blocks.below[of], blocks.cells[of], blocks.begin[of]
+    own = _OWN[1][:, None] * below + (_OWN[0][:, None] + cells)
+    cross, i, j = cells[:n], 3 * (tail - first), 3 * (head - first[:n])
+    ends = i[:n] + _CROSS[1][:, None], j + _CROSS[0][:, None]
     column, row = np.minimum(*ends), np.maximum(*ends)
-    blocks = ((3 * tail) * (below + 1) + own, j * (below + 1) + own, column * below + row)
-    return np.concatenate([block.ravel() for block in blocks])
+    tails, heads = i * (below + 1) + own, j * (below[:n] + 1) + own[:, :n]
+    return np.concatenate([part.ravel() for part in (tails, heads, column * below[:n] + (row + cross))])

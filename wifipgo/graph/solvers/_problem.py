@@ -25,16 +25,17 @@ REPORTED_SIGMA = (0.6, 0.2)  # m, rad: least error over random walks of 4 and 10
 
 
 class Problem(NamedTuple):
-    """Who takes part, with which of the measurements.
+    """Who takes part, with which of the measurements: one group of robots, or several that share nothing.
 
     Attributes:
-        team: Robots.
-        first_key: Row of the first pose of each robot that takes part.
+        team: Robots, group by group, sorted within each.
+        group: Number of the group of each.
+        first_key: Row of the first pose of each robot that takes part; -1 of others.
         start: Poses where the search starts.
         start_sigma: How well the first poses are known.
         rows: Edges in the order of their factors, which come after those that hold the first poses.
-        inner: The first of them, between participants.
-        outer: The others, to outsiders.
+        inner: The first of them, between robots of one group.
+        outer: The others, to robots outside it.
         tail: Pose at the tail of each row.
         head: Pose at the head of each inner row.
         told_sigma: Uncertainty of what outsiders told.
@@ -42,6 +43,7 @@ class Problem(NamedTuple):
     """
 
     team: list[int]
+    group: Int[np.ndarray, " team"]
     first_key: Int[np.ndarray, " robots"]
     start: Float[np.ndarray, "poses 3"]
     start_sigma: Float[np.ndarray, "team 2"]
@@ -58,17 +60,22 @@ def posed(
     poses: Float[np.ndarray, "robots times 3"],
     edges: Edges,
     *,
-    robots: Sequence[int],
+    groups: Sequence[Sequence[int]],
     third_party: str,
     told_sigma: Float[np.ndarray, "#edges 2"] | tuple[float, float],
     start_sigma: Float[np.ndarray, "#robots 2"] | tuple[float, float],
 ) -> Problem:
-    """Check who takes part and sort out what they use."""
-    team = sorted(robots)
-    require(len(set(team)) == len(team) > 0, "robots", "one or more, each once", robots)
+    """Check who takes part and sort out what they use; what a group gets is what it would get alone."""
+    told_is_used = pick(THIRD_PARTY, third_party, "third-party option")
+    team = [robot for group in groups for robot in sorted(group)]
+    whole = len(set(team)) == len(team) and min(map(len, groups), default=0) > 0
+    require(whole, "robots", "one or more, each once", groups if len(groups) != 1 else groups[0])
+    group = np.repeat(np.arange(len(groups)), [len(robots) for robots in groups])
     first_key = np.full(len(poses), -1)
     first_key[team] = np.arange(len(team)) * poses.shape[1]
-    rows, n_inner = _rows(edges, first_key, told=pick(THIRD_PARTY, third_party, "third-party option"))
+    group_of = np.full(len(poses), -1)
+    group_of[team] = group
+    rows, n_inner = _rows(edges, first_key, group_of, times=poses.shape[1], told=told_is_used)
     told = np.broadcast_to(np.asarray(told_sigma, dtype=np.float64), (len(edges), 2))
     known = np.broadcast_to(np.asarray(start_sigma, dtype=np.float64), (len(poses), 2))
     ends = edges.tail.take(rows, axis=0), edges.head.take(rows, axis=0)
@@ -80,9 +87,9 @@ def posed(
     loose[first_key[team]] = loose[tail] = loose[head[:n_inner]] = False
     require(not loose.any(), "poses without any measurement", "none", int(loose.sum()))
     inner, outer = rows[:n_inner], rows[n_inner:]
-    doubted = ~_odometry(*ends)
+    doubted, used = ~_odometry(*ends), told[outer]
     return Problem(
-        team, first_key, start, known[team], rows, inner, outer, tail, head[:n_inner], told[outer], doubted
+        team, group, first_key, start, known[team], rows, inner, outer, tail, head[:n_inner], used, doubted
     )
 
 
@@ -98,14 +105,20 @@ def _odometry(
 
 
 def _rows(
-    edges: Edges, first_key: Int[np.ndarray, " robots"], *, told: bool
+    edges: Edges,
+    first_key: Int[np.ndarray, " robots"],
+    group_of: Int[np.ndarray, " robots"],
+    *,
+    times: int,
+    told: bool,
 ) -> tuple[Int[np.ndarray, " rows"], int]:
-    """Rows between participants, then to outsiders if ``told``, by tail, head and z; how many come first."""
+    """Rows within groups, then to outsiders if ``told``, by tail, head and z; how many come first."""
     ours = np.flatnonzero((first_key >= 0).take(edges.tail[:, 0]))
     ours = ours[edges.weight.take(ours) > NOTHING]
     tail, head = edges.tail.take(ours, axis=0), edges.head.take(ours, axis=0)
-    outside = first_key.take(head[:, 0]) < 0
-    columns = (outside, *tail.T, *head.T, *edges.z.take(ours, axis=0).T)
+    outside = group_of.take(head[:, 0]) != group_of.take(tail[:, 0])
+    at = first_key.take(tail[:, 0]) + tail[:, 1]  # by group, too
+    columns = (outside, at, head[:, 0] * times + head[:, 1], *edges.z.take(ours, axis=0).T)
     order = np.lexsort(columns[::-1])  # gtsam repeats itself to the bit only for one order of edges
     n_inner = len(ours) - int(outside.sum())
     return ours[order[: None if told else n_inner]], n_inner

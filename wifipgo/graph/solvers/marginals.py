@@ -1,7 +1,6 @@
 """How well robots know where they are: covariances of their last poses (inverse information of Eq. 3)."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from functools import partial
 
 import numpy as np
@@ -9,9 +8,9 @@ from jaxtyping import Float, Int
 
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.graph.edges import Edges
-from wifipgo.graph.solvers._banded_cholesky import covariances, linearised_start
+from wifipgo.graph.solvers._banded_cholesky import group_covariances
+from wifipgo.graph.solvers._banded_descent import start_of
 from wifipgo.graph.solvers._elimination import named
-from wifipgo.graph.solvers._gauss_newton import SingularError
 from wifipgo.graph.solvers._gtsam_search import as_values, covariances_of
 from wifipgo.graph.solvers._problem import KNOWN_START, REPORTED_SIGMA, Problem, build, name_of, posed
 
@@ -51,15 +50,16 @@ def last_pose_covariances(
     problem = posed(
         poses,
         edges,
-        robots=robots,
+        groups=[robots],
         third_party=third_party,
         told_sigma=told_sigma,
         start_sigma=start_sigma,
     )
-    rows, begin = last_rows(problem, robots), linearised_start(problem, edges)
+    rows, begin = last_rows(problem, robots), start_of(problem, edges)
     if begin is not None:
-        with suppress(SingularError):  # gtsam says which pose it is
-            return covariances(*begin, rows)
+        (found,) = group_covariances(*begin, [rows])
+        if found is not None:  # else gtsam says which pose it is
+            return found
     graph = build(problem, edges, huber=False)
     with named("end covariances", partial(name_of, problem, edges)):
         return covariances_of(graph, as_values(problem.start), rows)

@@ -14,7 +14,7 @@ from wifipgo.errors import pick
 from wifipgo.graph.bearings import NEAREST_M, Bearings, bearing_residuals, select_bearings
 from wifipgo.graph.edges import Edges
 from wifipgo.graph.losses import BEARING_C, LOSSES, geman_mcclure_weight
-from wifipgo.graph.solvers._banded_cholesky import BandedOptimum, banded_optimum
+from wifipgo.graph.solvers._banded_descent import BandedOptimum, banded_optimum
 from wifipgo.graph.solvers._elimination import named
 from wifipgo.graph.solvers._factors import add_bearings, keys
 from wifipgo.graph.solvers._gtsam_search import SearchOptimum, as_values, least_squares, optimise, truncate
@@ -99,7 +99,7 @@ def solve(
     problem = posed(
         poses,
         edges,
-        robots=robots,
+        groups=[robots],
         third_party=third_party,
         told_sigma=told_sigma,
         start_sigma=start_sigma,
@@ -187,15 +187,22 @@ _SEARCHES: Mapping[str, Callable[[Problem, Edges], Optimum]] = MappingProxyType(
 )
 
 
-def _put_back(
+def put_back(
     poses: Float[np.ndarray, "robots times 3"], found: Float[np.ndarray, "poses 3"], problem: Problem
-) -> Float[np.ndarray, "robots times 3"]:
-    """All robots' poses with those found; a known first pose stays to the bit."""
+) -> Float[np.ndarray, "team times 3"]:
+    """Poses found of those who take part; a known first pose stays to the bit."""
     found = found.reshape(len(problem.team), poses.shape[1], 3)
     known = (problem.start_sigma <= ANCHOR_SIGMA).all(axis=1)
     found[known, 0] = poses[problem.team, 0][known]
+    return found
+
+
+def _put_back(
+    poses: Float[np.ndarray, "robots times 3"], found: Float[np.ndarray, "poses 3"], problem: Problem
+) -> Float[np.ndarray, "robots times 3"]:
+    """All robots' poses with those found."""
     solved = poses.copy()
-    solved[problem.team] = found
+    solved[problem.team] = put_back(poses, found, problem)
     return solved
 
 
