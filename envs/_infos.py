@@ -32,9 +32,9 @@ def infos(
         "ate_rot_truth": ate_rot(belief.paths.estimate, truth.poses).tolist(),
         "bumps_truth": truth.collisions.tolist(),
         "distance_m_truth": truth.distance_m.tolist(),
-        "mapped_share_belief": [team_share(belief.coverage)] * n,
+        "mapped_share_belief": [float(team_share(belief.coverage)[0])] * n,
         "mapped_share_truth": [mapped_share] * n,
-        "coverage_truth": [truth.cells.share] * n,
+        "coverage_truth": [float(truth.cells.share[0])] * n,
     }
     if masks is not None:
         columns["action_mask"] = list(masks)

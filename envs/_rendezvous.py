@@ -189,7 +189,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             raise RuntimeError("the episode is over: call reset() before step()")
         rows = self.checked(actions, agents)
         now = before.advanced(self._form.commands(rows, before.tick.belief, before.scenario))
-        gain = now.map_accuracy.share - before.map_accuracy.share
+        gain = float(now.map_accuracy.share[0] - before.map_accuracy.share[0])
         outcome = Outcome(before.tick.belief, now.tick.belief, gain)
         late = now.is_late
         ends = now.is_complete or (late and self._terminates)
@@ -294,4 +294,4 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         masks = form.masks(belief, now.scenario) if form.masks else None
         rows = observe(belief, now.scenario)
         seen = by_agent(rows, agents, self.layout if self._as_dict else None, masks)
-        return seen, infos(now.tick, agents, mapped_share=now.map_accuracy.share, masks=masks)
+        return seen, infos(now.tick, agents, mapped_share=float(now.map_accuracy.share[0]), masks=masks)

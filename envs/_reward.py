@@ -51,7 +51,7 @@ def mapped_share_belief(outcome: Outcome, scenario: Scenario) -> Float[np.ndarra
     The chance is that of the covariance of the pose from which a square was seen best.
     """
     gain = team_share(outcome.after.coverage) - team_share(outcome.before.coverage)
-    return np.full(len(outcome.after.err), gain)
+    return np.full(len(outcome.after.err), gain[0])
 
 
 def error(outcome: Outcome, scenario: Scenario) -> Float[np.ndarray, " robots"]:

@@ -19,7 +19,7 @@ def cross(a: Float[np.ndarray, "... 2"], b: Float[np.ndarray, "... 2"]) -> Float
 def crossings(
     start_m: Float[np.ndarray, "rays 2"],
     end_m: Float[np.ndarray, "rays 2"],
-    walls_m: Float[np.ndarray, "walls 2 2"],
+    walls_m: Float[np.ndarray, "*own walls 2 2"],
     *,
     margin: float = 1e-9,
 ) -> Bool[np.ndarray, "rays walls"]:
@@ -28,10 +28,16 @@ def crossings(
     Both parameters must lie in ``(margin, 1 - margin)`` along the ray and in
     ``[0, 1)`` along the wall: half open, so that a ray through the corner shared
     by two edges of a polygon is counted once.
+
+    Args:
+        start_m: Where rays start.
+        end_m: Where they end.
+        walls_m: The same for all rays, or each ray's own.
+        margin: Share of a ray at either end that does not count.
     """
     ray = (end_m - start_m)[:, None]
-    wall = (walls_m[:, 1] - walls_m[:, 0])[None]
-    gap = walls_m[None, :, 0] - start_m[:, None]
+    wall = walls_m[..., 1, :] - walls_m[..., 0, :]
+    gap = walls_m[..., 0, :] - start_m[:, None]
     det = cross(ray, wall)
     parallel = det == 0.0
     det = np.where(parallel, 1.0, det)
@@ -43,9 +49,9 @@ def crossings(
 def in_sight(
     start_m: Float[np.ndarray, "rays 2"],
     end_m: Float[np.ndarray, "rays 2"],
-    walls_m: Float[np.ndarray, "walls 2 2"],
+    walls_m: Float[np.ndarray, "*own walls 2 2"],
 ) -> Bool[np.ndarray, " rays"]:
-    """Whether nothing stands between the two ends of each ray."""
+    """Whether none of the walls, the same for all or each ray's own, is between the two ends of each ray."""
     return np.logical_not(crossings(start_m, end_m, walls_m).any(axis=1))
 
 
@@ -62,10 +68,10 @@ def mirror(
 
 
 def distance_to_segments(
-    p_m: Float[np.ndarray, "points 2"], walls_m: Float[np.ndarray, "walls 2 2"]
+    p_m: Float[np.ndarray, "points 2"], walls_m: Float[np.ndarray, "*own walls 2 2"]
 ) -> Float[np.ndarray, "points walls"]:
-    """Distance from every point to every segment, m."""
-    base, direction = walls_m[None, :, 0], (walls_m[:, 1] - walls_m[:, 0])[None]
+    """Distance from every point to every segment, the same for all or each point's own, m."""
+    base, direction = walls_m[..., 0, :], walls_m[..., 1, :] - walls_m[..., 0, :]
     gap = p_m[:, None] - base
     along = np.clip((gap * direction).sum(-1) / (direction**2).sum(-1), 0.0, 1.0)
     return np.linalg.norm(gap - along[..., None] * direction, axis=-1)

@@ -32,8 +32,8 @@ class Scene(NamedTuple):
         surfaces: What the radio sees of them.
     """
 
-    faces_m: Float[np.ndarray, "faces 2 2"]
-    edges_m: Float[np.ndarray, "edges 2 2"]
+    faces_m: Float[np.ndarray, "worlds faces 2 2"]
+    edges_m: Float[np.ndarray, "worlds edges 2 2"]
     surfaces: Surfaces
 
 

@@ -177,7 +177,7 @@ def _figures(steps: Steps, end: Tick, n_meetings: int, scenario: Scenario) -> di
         "ate_rot": float(steps["ate_rot"][-1].mean()),
         "rendezvous": n_meetings,
         "share_above": float((steps["err"] > scenario.rendezvous.err_threshold).mean()),
-        "coverage": truth.cells.share,
+        "coverage": float(truth.cells.share[0]),
         "bumps": int(truth.collisions.sum()),
         "distance_m": float(truth.distance_m.sum()),
         "bytes_sent": belief.team.bytes_sent,

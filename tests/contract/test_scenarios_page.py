@@ -36,7 +36,7 @@ def test_rooms_that_are_not_square(name: str, n_floor: int, folder: Path) -> Non
     """The floor to see is what is left, and nobody starts or drives anywhere else."""
     env = parallel_env(scenario=str(folder / name), n_robots=6, n_steps=20)
     env.reset(seed=0)
-    free = env.tick.truth.cells.free
+    free = env.tick.truth.cells.free[0]
     assert np.count_nonzero(free) == n_floor
     rng = np.random.default_rng(0)
     while env.agents:

@@ -103,7 +103,7 @@ def test_sight_is_a_straight_way_through_free_cells(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(6))
 def test_floor_and_cells_to_see_are_those_that_are_left(seed: int) -> None:
     cells, cfg = shape(seed)
-    free = empty_map(random_layout(2, cfg, rng=np.random.default_rng(0)), SIZE_M).free
+    free = empty_map([random_layout(2, cfg, rng=np.random.default_rng(0))], SIZE_M).free[0]
     assert {tuple(cell) for cell in np.argwhere(~free).tolist()} == cells
     rng = np.random.default_rng(seed)
     p_m = rng.uniform(0.5, SIZE_M - 0.5, (300, 2))

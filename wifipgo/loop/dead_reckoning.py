@@ -7,6 +7,7 @@ from wifipgo import se2
 from wifipgo.graph.covariance import propagate_covariance
 from wifipgo.graph.edges import Edges
 from wifipgo.loop.scene import scene_of
+from wifipgo.rows import Chance
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Paths, Truth, World
 from wifipgo.world.coverage import reveal
@@ -17,12 +18,12 @@ _NEXT = np.array([0, 1])  # from (robot, index) to the next pose
 
 def drive(
     truth: Truth,
-    waypoints: Float[np.ndarray, "robots 2"],
+    waypoints: Float[np.ndarray, "rows 2"],
     *,
     world: World,
     scenario: Scenario,
-    rng: np.random.Generator,
-) -> tuple[Truth, Float[np.ndarray, "robots 3"]]:
+    rng: Chance,
+) -> tuple[Truth, Float[np.ndarray, "rows 3"]]:
     """Drive every robot to its waypoint, or as far as it gets.
 
     Returns:
@@ -30,7 +31,8 @@ def drive(
     """
     before = truth.poses[:, -1]
     driven = world.arena.drive(before, waypoints)
-    motion = odometry(before, driven.poses, cfg=scenario.sensing, rng=rng)
+    n_worlds = len(before) // scenario.n_robots
+    motion = odometry(before, driven.poses, cfg=scenario.sensing, rng=rng, n_worlds=n_worlds)
     p_m = driven.poses[:, :2]
     after = Truth(
         poses=np.concatenate([truth.poses, driven.poses[:, None]], axis=1),
@@ -43,16 +45,14 @@ def drive(
     return after, motion
 
 
-def dead_reckon(
-    paths: Paths, motion: Float[np.ndarray, "robots 3"], scenario: Scenario
-) -> tuple[Paths, Edges]:
+def dead_reckon(paths: Paths, motion: Float[np.ndarray, "rows 3"], scenario: Scenario) -> tuple[Paths, Edges]:
     """Append the pose that odometry suggests, and propagate its covariance.
 
     Returns:
         The longer paths, and the odometry as measurements, which are in no log yet.
     """
-    n = len(motion)
-    tail, sigma = indices(np.arange(n), paths.t), scenario.sensing.stated_sigmas(n)
+    n, n_worlds = scenario.n_robots, len(motion) // scenario.n_robots
+    tail, sigma = indices(np.arange(len(motion)), paths.t), scenario.sensing.stated_sigmas(n, n_worlds)
     before = paths.estimate[:, -1]
     now = se2.compose(before, motion)
     both = np.concatenate([paths.covariance[None], paths.predicted_covariance[None, :, -1]])
@@ -66,5 +66,5 @@ def dead_reckon(
     return longer, Edges.measured(tail=tail, head=tail + _NEXT, z=motion, sigma=sigma)
 
 
-def _appended(history: Float[np.ndarray, "robots times *item"], now: np.ndarray) -> np.ndarray:
+def _appended(history: Float[np.ndarray, "rows times *item"], now: np.ndarray) -> np.ndarray:
     return np.concatenate([history, now[:, None]], axis=1)

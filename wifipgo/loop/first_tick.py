@@ -54,7 +54,7 @@ def _first_truth(layout: Layout, world: World, scenario: Scenario) -> Truth:
     """Robots at their starts, and what they see from there."""
     n, size_m = scenario.n_robots, scenario.arena.size_m
     cells = reveal(
-        empty_map(layout, size_m),
+        empty_map([layout], size_m),
         layout.starts[:, :2],
         world.scene.faces_m,
         range_m=scenario.sensing.sensor_range_m,

@@ -11,6 +11,7 @@ from wifipgo.graph.bearings import extended_bearings
 from wifipgo.graph.edges import Edges, extended
 from wifipgo.loop.aoa_measurements import Heard, bearings_of, pings_of, weights_of
 from wifipgo.loop.exchange import BYTES_PER_PING, BYTES_PER_POSE
+from wifipgo.rows import Chance
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Belief, MeasurementLog, Paths, Scene, Sensed, Truth
 from wifipgo.streams import Streams
@@ -18,7 +19,7 @@ from wifipgo.world.lidar import scan
 from wifipgo.world.sensing import RelativePoses, measure_loop_closures, observe_robots, sight_robots
 
 
-def sense(truth: Truth, scene: Scene, scenario: Scenario, *, rng: np.random.Generator) -> Sensed:
+def sense(truth: Truth, scene: Scene, scenario: Scenario, *, rng: Chance) -> Sensed:
     """Lidar and camera."""
     arena, poses = scenario.arena, truth.poses[:, -1]
     return Sensed(
@@ -36,7 +37,7 @@ class Measured(NamedTuple):
 
 def measure_relative_poses(
     truth: Truth,
-    seen: Bool[np.ndarray, "robots robots"],
+    seen: Bool[np.ndarray, "rows peers"],
     scene: Scene,
     scenario: Scenario,
     streams: Streams,

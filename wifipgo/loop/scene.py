@@ -6,7 +6,7 @@ from wifipgo.radio.propagation.materials import Slab
 from wifipgo.radio.propagation.paths import surfaces_of
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Scene, Truth, World
-from wifipgo.world.layout import Layout
+from wifipgo.world.layout import Layout, padded
 
 
 def first_scene(layout: Layout, scenario: Scenario) -> Scene:
@@ -19,7 +19,7 @@ def first_scene(layout: Layout, scenario: Scenario) -> Scene:
         wall=Slab(cfg.wall_material, cfg.wall_thickness_m),
         obstacle=Slab(cfg.obstacle_material, cfg.obstacle_thickness_m),
     )
-    return Scene(faces_m, np.concatenate([layout.walls_m, faces_m]), surfaces)
+    return Scene(padded([faces_m]), padded([np.concatenate([layout.walls_m, faces_m])]), surfaces)
 
 
 def scene_of(world: World, truth: Truth) -> Scene:

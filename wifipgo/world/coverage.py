@@ -1,6 +1,7 @@
 """Which cells of the room the team has seen, and who saw them when."""
 
 import functools
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from jaxtyping import Bool, Float, Int
 from wifipgo import segments
 from wifipgo.errors import require
 from wifipgo.se2 import length
-from wifipgo.world.layout import Layout
+from wifipgo.world.layout import Layout, in_world
 from wifipgo.world.polygons import inside_polygon, squares_about
 
 CELL_M = 1.0
@@ -18,29 +19,35 @@ TOLERANCE_M = 0.5
 
 
 class Sightings(NamedTuple):
-    """Cells seen in one iteration: row k is that ``robot[k]`` saw the middle of ``cell[k]``."""
+    """Cells seen in one iteration: the robot of ``row[k]`` saw the middle of ``cell[k]`` of its world."""
 
-    robot: Int[np.ndarray, " sightings"]
+    row: Int[np.ndarray, " sightings"]
     cell: Int[np.ndarray, " sightings"]
 
 
 class CellMap(NamedTuple):
-    """Square cells over the room.
+    """Square cells over the rooms of several worlds.
 
     Attributes:
         free: Whether nothing stands on a cell's middle.
-        seen: Whether somebody saw it; cells are numbered as ``seen.ravel()`` lies.
+        seen: Whether somebody saw it; the cells of a world are numbered as they lie.
         sightings: Who saw what, one entry for each iteration.
     """
 
-    free: Bool[np.ndarray, "cells cells"]
-    seen: Bool[np.ndarray, "cells cells"]
+    free: Bool[np.ndarray, "worlds cells cells"]
+    seen: Bool[np.ndarray, "worlds cells cells"]
     sightings: tuple[Sightings, ...] = ()
 
     @property
-    def share(self) -> float:
+    def n_free(self) -> Int[np.ndarray, " worlds"]:
+        """Free cells."""
+        return np.count_nonzero(self.free, axis=(1, 2))
+
+    @property
+    def share(self) -> Float[np.ndarray, " worlds"]:
         """Share of the free cells that were seen, in [0, 1]."""
-        return np.count_nonzero(self.free & self.seen) / np.count_nonzero(self.free)
+        seen: np.ndarray = np.count_nonzero(self.free & self.seen, axis=(1, 2)) / self.n_free
+        return seen
 
 
 @functools.lru_cache(maxsize=8)
@@ -52,13 +59,18 @@ def middles(n_cells: int) -> Float[np.ndarray, "squares 2"]:
     return middle_m
 
 
-def empty_map(layout: Layout, size_m: float) -> CellMap:
-    """Cells of a room in which nothing was seen yet.
+def empty_map(layouts: Sequence[Layout], size_m: float) -> CellMap:
+    """Cells of rooms, one a world, in which nothing was seen yet.
 
     Raises:
         ValueError: No cell is free, so that there is no share of them to see.
     """
-    n = int(np.ceil(size_m / CELL_M))
+    free = np.array([_free(layout, int(np.ceil(size_m / CELL_M))) for layout in layouts])
+    return CellMap(free, np.zeros_like(free))
+
+
+def _free(layout: Layout, n: int) -> Bool[np.ndarray, "cells cells"]:
+    """Cells on whose middle nothing stands."""
     blocked, middle_m = np.zeros((n, n), dtype=bool), middles(n).reshape(n, n, 2)
     for corners in layout.obstacles_m:
         about = squares_about(corners, CELL_M, n)
@@ -66,7 +78,7 @@ def empty_map(layout: Layout, size_m: float) -> CellMap:
         blocked[about] |= inside_polygon(near_m.reshape(-1, 2), corners).reshape(near_m.shape[:2])
     rule = f"such that the middle of a cell of {CELL_M:g} m is free"
     require(not blocked.all(), "ArenaConfig.obstacles_m", rule, len(layout.obstacles_m))
-    return CellMap(~blocked, np.zeros((n, n), dtype=bool))
+    return ~blocked
 
 
 @functools.cache
@@ -84,40 +96,52 @@ def inside(index: Int[np.ndarray, "... 2"], n_cells: int) -> Bool[np.ndarray, ".
 
 def reveal(
     cells: CellMap,
-    p_m: Float[np.ndarray, "robots 2"],
-    faces_m: Float[np.ndarray, "faces 2 2"],
+    p_m: Float[np.ndarray, "rows 2"],
+    faces_m: Float[np.ndarray, "*worlds faces 2 2"],
     *,
     range_m: float,
 ) -> CellMap:
-    """See the free cells whose middle is within range of a robot, with nothing in between."""
-    n = len(cells.seen)
+    """See the free cells whose middle is within range of a robot of the world, with nothing in between.
+
+    Args:
+        cells: What was seen so far.
+        p_m: Where the robots are, world after world.
+        faces_m: Edges of obstacles; of each world, if there are several.
+        range_m: How far robots see.
+    """
+    n_worlds, n = cells.free.shape[:2]
     reach = int(min(np.ceil(range_m / CELL_M), n))  # further there are no cells
     index = np.floor(p_m / CELL_M).astype(np.int64)[:, None] + window(reach)
     near = length(CELL_M * (index + 0.5) - p_m[:, None]) <= range_m
-    robot, place = np.nonzero(near & inside(index, n))
-    x, y = index[robot, place].T
-    cell = x * n + y
-    clear = cells.free.ravel()[cell].nonzero()[0]
-    robot, cell = robot[clear], cell[clear]
-    if len(faces_m):
-        clear = _in_sight(p_m, robot, middles(n)[cell], faces_m, range_m)
-        robot, cell = robot[clear], cell[clear]
+    row, place = np.nonzero(near & inside(index, n))
+    x, y = index[row, place].T
+    cell, first = x * n + y, row // (len(p_m) // n_worlds) * (n * n)  # of the cells of its world
+    clear = cells.free.ravel()[first + cell].nonzero()[0]
+    row, cell, first = row[clear], cell[clear], first[clear]
+    if faces_m.size:
+        faces_m = faces_m if faces_m.ndim == 4 else faces_m[None]
+        clear = _in_sight(p_m, row, middles(n)[cell], faces_m, range_m)
+        row, cell, first = row[clear], cell[clear], first[clear]
     seen = cells.seen.copy()
-    seen.reshape(-1)[cell] = True
-    return CellMap(cells.free, seen, (*cells.sightings, Sightings(robot, cell)))
+    seen.reshape(-1)[first + cell] = True
+    return CellMap(cells.free, seen, (*cells.sightings, Sightings(row, cell)))
 
 
 def _in_sight(
-    p_m: Float[np.ndarray, "robots 2"],
-    robot: Int[np.ndarray, " sightings"],
+    p_m: Float[np.ndarray, "rows 2"],
+    row: Int[np.ndarray, " sightings"],
     goal_m: Float[np.ndarray, "sightings 2"],
-    faces_m: Float[np.ndarray, "faces 2 2"],
+    faces_m: Float[np.ndarray, "worlds faces 2 2"],
     range_m: float,
 ) -> Bool[np.ndarray, " sightings"]:
-    """Whether nothing hides a point from its robot; only faces within range of a robot are tried."""
-    clear = np.ones(len(robot), dtype=bool)
-    near = segments.distance_to_segments(p_m, faces_m) <= range_m
-    tried = np.flatnonzero(np.any(near, axis=1)[robot])
-    faces_m = faces_m[np.any(near, axis=0)]
-    clear[tried] = segments.in_sight(p_m[robot[tried]], goal_m[tried], faces_m)
+    """Whether nothing hides a point from its robot; of a robot's faces only those in its range are tried."""
+    own_m = in_world(faces_m, np.arange(len(p_m)) // (len(p_m) // len(faces_m)))
+    near = segments.distance_to_segments(p_m, own_m) <= range_m
+    count = near.sum(axis=1)
+    clear, tried = np.ones(len(row), dtype=bool), count[row].nonzero()[0]
+    if len(tried):
+        first = np.argsort(~near, axis=1, kind="stable")[:, : count.max()]  # those in range come first
+        own_m = own_m[first] if own_m.ndim == 3 else np.take_along_axis(own_m, first[..., None, None], axis=1)
+        asked = row[tried]
+        clear[tried] = segments.in_sight(p_m[asked], goal_m[tried], own_m[asked])
     return clear

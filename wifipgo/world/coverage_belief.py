@@ -27,11 +27,11 @@ class CoverageBelief(NamedTuple):
         received: Greatest of what others sent when they met, as they then had it.
     """
 
-    own: Float[np.ndarray, "robots bins bins"]
-    received: Float[np.ndarray, "robots bins bins"]
+    own: Float[np.ndarray, "rows bins bins"]
+    received: Float[np.ndarray, "rows bins bins"]
 
     @property
-    def known(self) -> Float[np.ndarray, "robots bins bins"]:
+    def known(self) -> Float[np.ndarray, "rows bins bins"]:
         """Both together."""
         return np.maximum(self.own, self.received)
 
@@ -43,19 +43,19 @@ def no_coverage(n_robots: int) -> CoverageBelief:
 
 
 def covered(
-    own: Float[np.ndarray, "robots bins bins"],
+    own: Float[np.ndarray, "rows bins bins"],
     robot: Int[np.ndarray, " poses"],
     p_m: Float[np.ndarray, "poses 2"],
     in_place: Float[np.ndarray, " poses"],
     *,
     size_m: float,
     range_m: float,
-) -> Float[np.ndarray, "robots bins bins"]:
+) -> Float[np.ndarray, "rows bins bins"]:
     """Add what is seen from some poses: squares whose middle is in range, and the one that one stands in.
 
     Args:
         own: Map of each robot.
-        robot: Whose poses.
+        robot: Rows of whose poses.
         p_m: Where they believe that they stood.
         in_place: Probability that what they saw there is put in place.
         size_m: Width of the room.
@@ -76,6 +76,7 @@ def covered(
     return out
 
 
-def team_share(survey: CoverageBelief) -> float:
+def team_share(survey: CoverageBelief, n_worlds: int = 1) -> Float[np.ndarray, " worlds"]:
     """Mean over the room of the surest that any robot's own map is: the mapped share as robots can tell."""
-    return float(survey.own.max(axis=0).sum() / N_BINS**2)
+    surest = survey.own.reshape(n_worlds, -1, N_BINS**2).max(axis=1)
+    return surest.sum(axis=1).astype(np.float64) / N_BINS**2

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from wifipgo import segments
 from wifipgo.coerce import fitted
@@ -151,6 +151,29 @@ class Layout:
         """Edges of all obstacles."""
         edges = [segments.polygon_edges(corners) for corners in self.obstacles_m]
         return np.concatenate(edges) if edges else np.zeros((0, 2, 2))
+
+
+# Fills up worlds with fewer faces: crossed by nothing, and every robot is behind it.
+FAR_FACE_M = np.array([[-4e6, -4e6], [-4e6 + 1.0, -4e6]])
+FAR_FACE_M.setflags(write=False)
+
+
+def padded(each_m: Sequence[Float[np.ndarray, "_ 2 2"]]) -> Float[np.ndarray, "worlds segments 2 2"]:
+    """Segments of several worlds as one array, filled up with `FAR_FACE_M`."""
+    out = np.empty((len(each_m), max(map(len, each_m), default=0), 2, 2))
+    out[...] = FAR_FACE_M
+    for own_m, segments_m in zip(out, each_m, strict=True):
+        own_m[: len(segments_m)] = segments_m
+    return out
+
+
+def in_world(
+    segments_m: Float[np.ndarray, "*worlds segments 2 2"], world: Int[np.ndarray, " rays"]
+) -> Float[np.ndarray, "*rays segments 2 2"]:
+    """Segments of the world that each ray is in; with one world they are the same for all rays."""
+    if segments_m.ndim == 3:
+        return segments_m
+    return segments_m[0] if len(segments_m) == 1 else segments_m[world]
 
 
 def room_walls(size_m: float) -> Float[np.ndarray, "4 2 2"]:

@@ -1,10 +1,10 @@
 """Lidar as a function of what stands where: rays against edges and against discs."""
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from wifipgo import segments
-from wifipgo.se2 import length
+from wifipgo.world.neighbours import neighbours
 
 N_LIDAR_RAYS = 16
 # Rays start this far outside the hull, so that touching robots do not blind each other.
@@ -22,45 +22,60 @@ def ray_directions(yaw_rad: Float[np.ndarray, " robots"]) -> Float[np.ndarray, "
 
 
 def scan(
-    poses: Float[np.ndarray, "robots 3"],
-    edges_m: Float[np.ndarray, "edges 2 2"],
+    poses: Float[np.ndarray, "rows 3"],
+    edges_m: Float[np.ndarray, "*worlds edges 2 2"],
     *,
     robot_radius_m: float,
     range_m: float,
-) -> Float[np.ndarray, "robots rays"]:
+) -> Float[np.ndarray, "rows rays"]:
     """Free distance from each robot's hull along its rays, up to ``range_m``.
 
     Args:
-        poses: ``T_world_robot``.
-        edges_m: Walls and edges of obstacles.
+        poses: ``T_world_robot``, world after world.
+        edges_m: Walls and edges of obstacles; of each world, if there are several.
         robot_radius_m: Radius of every robot's hull.
         range_m: How far the rays reach.
 
     Returns:
-        Distance to the nearest edge or other robot, m.
+        Distance to the nearest edge or other robot of the same world, m.
     """
+    edges_m = edges_m if edges_m.ndim == 4 else edges_m[None]
+    n = len(poses) // len(edges_m)
     rays, p_m = ray_directions(poses[:, 2]), poses[:, :2]
     start_m = p_m[:, None] + (robot_radius_m + _GAP_M) * rays
     reach_m = robot_radius_m + _GAP_M + range_m
     free_m = np.full(rays.shape[:2], range_m)
-    robot, edge = _near_boxes(p_m, edges_m, reach_m).nonzero()
-    if len(robot):
-        np.minimum.at(free_m, robot, _to_edges(start_m[robot], rays[robot], edges_m[edge]))
-    seer, other = (length(p_m[:, None] - p_m) <= reach_m + robot_radius_m).nonzero()
-    if len(seer) > len(p_m):  # everyone is near itself
-        seer, other = seer[seer != other], other[seer != other]
-        np.minimum.at(free_m, seer, _to_discs(start_m[seer], rays[seer], p_m[other], robot_radius_m))
+    row, edge = _near_boxes(p_m.reshape(-1, n, 2), edges_m, reach_m).nonzero()
+    if len(row):
+        to_edges_m = _to_edges(start_m[row], rays[row], edges_m[row // n, edge])
+        _shorten(free_m, row, to_edges_m)
+    seer, other, *_ = neighbours(p_m, n, reach_m + robot_radius_m)
+    if len(seer):
+        _shorten(free_m, seer, _to_discs(start_m[seer], rays[seer], p_m[other], robot_radius_m))
     return free_m
 
 
+def _shorten(
+    free_m: Float[np.ndarray, "rows rays"],
+    row: Int[np.ndarray, " pairs"],
+    to_m: Float[np.ndarray, "pairs rays"],
+) -> None:
+    """Cut each robot's rays, in place, to what is nearest of what it is paired with, in ascending rows."""
+    first = np.diff(row, prepend=-1).nonzero()[0]
+    row = row[first]
+    free_m[row] = np.minimum(free_m[row], np.minimum.reduceat(to_m, first, axis=0))
+
+
 def _near_boxes(
-    p_m: Float[np.ndarray, "robots 2"], edges_m: Float[np.ndarray, "edges 2 2"], reach_m: float
-) -> Bool[np.ndarray, "robots edges"]:
+    p_m: Float[np.ndarray, "worlds robots 2"], edges_m: Float[np.ndarray, "worlds edges 2 2"], reach_m: float
+) -> Bool[np.ndarray, "rows edges"]:
     """Which edges may be within reach of whom: the boxes about them are, to the last wall exactly."""
-    low_m = np.minimum(edges_m[:, 0], edges_m[:, 1]) - reach_m
-    high_m = np.maximum(edges_m[:, 0], edges_m[:, 1]) + reach_m
-    near = (p_m[:, None] >= low_m) & (p_m[:, None] <= high_m)
-    return near[..., 0] & near[..., 1]
+    low_m = np.minimum(edges_m[:, None, :, 0], edges_m[:, None, :, 1]) - reach_m
+    high_m = np.maximum(edges_m[:, None, :, 0], edges_m[:, None, :, 1]) + reach_m
+    p_m = p_m[:, :, None]
+    near = (p_m >= low_m) & (p_m <= high_m)
+    both: np.ndarray = near[..., 0] & near[..., 1]
+    return both.reshape(-1, both.shape[2])
 
 
 def _to_edges(

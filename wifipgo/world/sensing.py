@@ -9,6 +9,9 @@ from jaxtyping import Bool, Float, Int
 
 from wifipgo import se2, segments
 from wifipgo.errors import require, require_within
+from wifipgo.rows import Chance
+from wifipgo.world.layout import in_world
+from wifipgo.world.neighbours import Neighbours, neighbours
 
 _LEAST_SIGMA = 1e-3
 # Errors and ranges beyond all rooms, and far from where their squares overflow.
@@ -69,23 +72,23 @@ class SensingConfig:
             largest, rule = getattr(self, name) * factor, f"at most {_MOST_SIGMA:g} with its factors"
             require(largest <= _MOST_SIGMA, f"SensingConfig.{name}", rule, largest)
 
-    @functools.lru_cache(maxsize=8)  # noqa: B019 (a few configurations, asked for at every step)
-    def sigmas(self, n_robots: int) -> Float[np.ndarray, "robots 2"]:
-        """Standard deviations ``(sigma_t_m, sigma_r_rad)`` of each robot's measurements."""
+    @functools.lru_cache(maxsize=16)  # noqa: B019 (a few configurations, asked for at every step)
+    def sigmas(self, n_robots: int, n_worlds: int = 1) -> Float[np.ndarray, "rows 2"]:
+        """Standard deviations ``(sigma_t_m, sigma_r_rad)`` of measurements, robot by robot of each world."""
         scale = np.array(self.noise_scale) if self.noise_scale else np.ones(n_robots)
         require(
             len(scale) == n_robots, "SensingConfig.noise_scale", f"empty or {n_robots} long", self.noise_scale
         )
-        return scale[:, None] * np.array([self.sigma_t_m, self.sigma_r_rad])
+        return np.tile(scale[:, None] * np.array([self.sigma_t_m, self.sigma_r_rad]), (n_worlds, 1))
 
-    @functools.lru_cache(maxsize=8)  # noqa: B019
-    def stated_sigmas(self, n_robots: int) -> Float[np.ndarray, "robots 2"]:
+    @functools.lru_cache(maxsize=16)  # noqa: B019
+    def stated_sigmas(self, n_robots: int, n_worlds: int = 1) -> Float[np.ndarray, "rows 2"]:
         """What robots take the standard deviations to be; a noise-free sensor still has a finite weight."""
-        return np.maximum(self.sigmas(n_robots), _LEAST_SIGMA)
+        return np.maximum(self.sigmas(n_robots, n_worlds), _LEAST_SIGMA)
 
 
 class RelativePoses(NamedTuple):
-    """Relative poses measured at one iteration: ``z = T_tail_head``; an index is (robot, iteration)."""
+    """Relative poses measured at one iteration: ``z = T_tail_head``; an index is (row, iteration)."""
 
     tail: Int[np.ndarray, "edges 2"]
     head: Int[np.ndarray, "edges 2"]
@@ -104,77 +107,84 @@ def noisy(
 
 
 def odometry(
-    before: Float[np.ndarray, "robots 3"],
-    after: Float[np.ndarray, "robots 3"],
+    before: Float[np.ndarray, "rows 3"],
+    after: Float[np.ndarray, "rows 3"],
     *,
     cfg: SensingConfig,
-    rng: np.random.Generator,
-) -> Float[np.ndarray, "robots 3"]:
+    rng: Chance,
+    n_worlds: int = 1,
+) -> Float[np.ndarray, "rows 3"]:
     """Each robot's measured motion ``T_before_after`` over one iteration, drive and turn together."""
-    unit = rng.standard_normal((len(before), 3))
-    return noisy(se2.between(before, after), cfg.sigmas(len(before)), unit)
+    n = len(before)
+    sigma = cfg.sigmas(n // n_worlds, n_worlds)
+    return noisy(se2.between(before, after), sigma, rng.standard_normal((n, 3)))
 
 
 def robots_in_view(
-    poses: Float[np.ndarray, "robots 3"], faces_m: Float[np.ndarray, "faces 2 2"], *, range_m: float
-) -> Bool[np.ndarray, "robots robots"]:
-    """Who sees whom: within range, nothing in between, not oneself."""
-    p_m = poses[:, :2]
-    return _in_view(p_m, _apart_m(p_m), faces_m, range_m)
+    poses: Float[np.ndarray, "rows 3"], faces_m: Float[np.ndarray, "*worlds faces 2 2"], *, range_m: float
+) -> Bool[np.ndarray, "rows peers"]:
+    """Who sees whom: within range, nothing in between, not oneself.
 
-
-def _apart_m(p_m: Float[np.ndarray, "robots 2"]) -> Float[np.ndarray, "robots robots"]:
-    """Distances between robots."""
-    return se2.length(p_m[:, None] - p_m)
-
-
-def _in_view(
-    p_m: Float[np.ndarray, "robots 2"],
-    apart_m: Float[np.ndarray, "robots robots"],
-    faces_m: Float[np.ndarray, "faces 2 2"],
-    range_m: float,
-) -> Bool[np.ndarray, "robots robots"]:
-    """Who sees whom, by how far they are apart."""
-    seen = apart_m <= range_m
-    seen.flat[:: len(seen) + 1] = False
-    if len(faces_m):
-        i, j = seen.nonzero()
-        seen[i, j] = segments.in_sight(p_m[i], p_m[j], faces_m)
+    Args:
+        poses: ``T_world_robot``, world after world.
+        faces_m: Edges of obstacles; of each world, if there are several.
+        range_m: How far robots see.
+    """
+    found = _in_view(poses, faces_m, range_m)
+    seen = np.zeros((len(poses), _team_size(poses, faces_m)), dtype=bool)
+    seen[found.row, found.peer] = True
     return seen
 
 
+def _team_size(poses: np.ndarray, faces_m: np.ndarray) -> int:
+    """Robots of each world."""
+    return len(poses) if faces_m.ndim == 3 else len(poses) // len(faces_m)
+
+
+def _in_view(
+    poses: Float[np.ndarray, "rows 3"], faces_m: Float[np.ndarray, "*worlds faces 2 2"], range_m: float
+) -> Neighbours:
+    """Neighbours with nothing in between."""
+    p_m, n = poses[:, :2], _team_size(poses, faces_m)
+    near = neighbours(p_m, n, range_m)
+    if not faces_m.size or not len(near.row):
+        return near
+    hiding_m = in_world(faces_m, near.row // n)
+    clear = segments.in_sight(p_m[near.row], p_m[near.other], hiding_m).nonzero()[0]
+    return Neighbours(*(column[clear] for column in near))
+
+
 def sight_robots(
-    poses: Float[np.ndarray, "robots 3"],
-    faces_m: Float[np.ndarray, "faces 2 2"],
+    poses: Float[np.ndarray, "rows 3"],
+    faces_m: Float[np.ndarray, "*worlds faces 2 2"],
     *,
     range_m: float,
-    rng: np.random.Generator,
-) -> Float[np.ndarray, "robots 2"]:
+    rng: Chance,
+) -> Float[np.ndarray, "rows 2"]:
     """The nearest robot that each robot's camera sees, if any (for vision-based policies).
 
     Noise is drawn for every robot, so that the stream does not depend on who saw whom.
 
     Args:
-        poses: ``T_world_robot``.
-        faces_m: Edges of obstacles.
+        poses: ``T_world_robot``, world after world.
+        faces_m: Edges of obstacles; of each world, if there are several.
         range_m: How far cameras recognise a robot; 0 in the dark.
         rng: Of the camera's noise.
 
     Returns:
         Distance (m) and bearing (body frame, rad) of it; 0 and 0 where none is seen.
     """
-    n, unit = len(poses), rng.standard_normal((len(poses), 2))
-    p_m, found = poses[:, :2], np.zeros((n, 2))
-    apart_m = _apart_m(p_m)
-    gap_m = np.where(_in_view(p_m, apart_m, faces_m, range_m), apart_m, np.inf)
-    nearest = gap_m.argmin(axis=1)
-    shortest_m = gap_m[np.arange(n), nearest]
-    seer = (shortest_m < np.inf).nonzero()[0]
-    if len(seer):
-        d_m, unit = p_m[nearest[seer]] - p_m[seer], unit[seer]
-        distance_m = shortest_m[seer] * np.exp(_CAMERA_RANGE_SIGMA * unit[:, 0])
-        bearing_rad = np.arctan2(d_m[:, 1], d_m[:, 0]) - poses[seer, 2] + _CAMERA_SIGMA_RAD * unit[:, 1]
-        found[seer, 0], found[seer, 1] = np.minimum(distance_m, range_m), se2.wrap_angle(bearing_rad)
+    unit, found = rng.standard_normal((len(poses), 2)), np.zeros((len(poses), 2))
+    pairs = _in_view(poses, faces_m, range_m)
+    if not len(pairs.row):
+        return found
+    order = np.lexsort((pairs.apart_m, pairs.row))  # the lower number of two that are as near
+    nearest = order[np.diff(pairs.row[order], prepend=-1).nonzero()[0]]
+    seer, apart_m, unit = pairs.row[nearest], pairs.apart_m[nearest], unit[pairs.row[nearest]]
+    d_m = poses[pairs.other[nearest], :2] - poses[seer, :2]
+    distance_m = apart_m * np.exp(_CAMERA_RANGE_SIGMA * unit[:, 0])
+    bearing_rad = np.arctan2(d_m[:, 1], d_m[:, 0]) - poses[seer, 2] + _CAMERA_SIGMA_RAD * unit[:, 1]
+    found[seer, 0], found[seer, 1] = np.minimum(distance_m, range_m), se2.wrap_angle(bearing_rad)
     return found
 
 
@@ -188,13 +198,13 @@ _NOTHING = RelativePoses(
 
 
 def observe_robots(
-    poses: Float[np.ndarray, "robots 3"],
+    poses: Float[np.ndarray, "rows 3"],
     t: int,
-    seen: Bool[np.ndarray, "robots robots"],
+    seen: Bool[np.ndarray, "rows peers"],
     *,
     cfg: SensingConfig,
-    rng: np.random.Generator,
-    outlier_rng: np.random.Generator,
+    rng: Chance,
+    outlier_rng: Chance,
 ) -> RelativePoses:
     """Relative poses between robots in view of each other, some of them outliers.
 
@@ -203,52 +213,51 @@ def observe_robots(
     all pairs, so that the streams do not depend on who saw whom; that of outliers only where
     there are any.
     """
-    n = len(poses)
-    unit = rng.standard_normal((n, n, 3))
-    i, j = seen.nonzero()
-    noise, is_outlier = unit[i, j], np.zeros(len(i), dtype=bool)
+    n = seen.shape[1]
+    unit = rng.standard_normal((*seen.shape, 3))
+    i, peer = seen.nonzero()
+    noise, is_outlier = unit[i, peer], np.zeros(len(i), dtype=bool)
     if cfg.outlier_share > 0.0:
-        is_outlier = (outlier_rng.random((n, n)) < cfg.outlier_share)[i, j]
-        size = outlier_rng.uniform(cfg.outlier_min_sigma, cfg.outlier_max_sigma, (n, n, 3))
-        negative = outlier_rng.random((n, n, 3)) < 0.5
-        noise = np.where(is_outlier[:, None], np.where(negative, -size, size)[i, j], noise)
+        is_outlier = (outlier_rng.random(seen.shape) < cfg.outlier_share)[i, peer]
+        size = outlier_rng.uniform(cfg.outlier_min_sigma, cfg.outlier_max_sigma, (*seen.shape, 3))
+        negative = outlier_rng.random((*seen.shape, 3)) < 0.5
+        noise = np.where(is_outlier[:, None], np.where(negative, -size, size)[i, peer], noise)
     if not len(i):
         return _NOTHING
-    z = noisy(se2.between(poses[i], poses[j]), cfg.sigmas(n)[i], noise)
-    return RelativePoses(indices(i, t), indices(j, t), z, cfg.stated_sigmas(n)[i], is_outlier)
+    j, n_worlds = i - i % n + peer, len(seen) // n
+    z = noisy(se2.between(poses[i], poses[j]), cfg.sigmas(n, n_worlds)[i], noise)
+    return RelativePoses(indices(i, t), indices(j, t), z, cfg.stated_sigmas(n, n_worlds)[i], is_outlier)
 
 
-def indices(
-    robot: Int[np.ndarray, " poses"], t: Int[np.ndarray, " poses"] | int
-) -> Int[np.ndarray, "poses 2"]:
-    """Indices (robot, iteration) of poses."""
-    out = np.empty((len(robot), 2), dtype=np.int64)
-    out[:, 0], out[:, 1] = robot, t
+def indices(row: Int[np.ndarray, " poses"], t: Int[np.ndarray, " poses"] | int) -> Int[np.ndarray, "poses 2"]:
+    """Indices (row, iteration) of poses."""
+    out = np.empty((len(row), 2), dtype=np.int64)
+    out[:, 0], out[:, 1] = row, t
     return out
 
 
 def measure_loop_closures(
-    history: Float[np.ndarray, "robots times 3"],
-    faces_m: Float[np.ndarray, "faces 2 2"],
+    history: Float[np.ndarray, "rows times 3"],
+    faces_m: Float[np.ndarray, "*worlds faces 2 2"],
     *,
     cfg: SensingConfig,
-    rng: np.random.Generator,
+    rng: Chance,
 ) -> RelativePoses:
     """Each robot's pose relative to the nearest place in view that it passed at least ``revisit_gap`` ago."""
-    n, n_times = history.shape[:2]
-    t, unit = n_times - 1, rng.standard_normal((n, 3))
+    n_rows, n_times = history.shape[:2]
+    t, unit, n = n_times - 1, rng.standard_normal((n_rows, 3)), _team_size(history, faces_m)
     now, n_past = history[:, -1], t - cfg.revisit_gap + 1
     if n_past <= 0:
         return _NOTHING
     gap_m = se2.length(history[:, :n_past, :2] - now[:, None, :2])
     near = gap_m.argmin(axis=1)
-    robot = (gap_m[np.arange(n), near] <= cfg.sensor_range_m).nonzero()[0]
+    robot = (gap_m[np.arange(n_rows), near] <= cfg.sensor_range_m).nonzero()[0]
     old = history[robot, near[robot]]
-    if len(faces_m) and len(robot):
-        clear = segments.in_sight(now[robot, :2], old[:, :2], faces_m)
+    if faces_m.size and len(robot):
+        clear = segments.in_sight(now[robot, :2], old[:, :2], in_world(faces_m, robot // n))
         robot, old = robot[clear], old[clear]
     if not len(robot):
         return _NOTHING
-    z = noisy(se2.between(now[robot], old), cfg.sigmas(n)[robot], unit[robot])
-    tail, head = indices(robot, t), indices(robot, near[robot])
-    return RelativePoses(tail, head, z, cfg.stated_sigmas(n)[robot], np.zeros(len(robot), dtype=bool))
+    z = noisy(se2.between(now[robot], old), cfg.sigmas(n, n_rows // n)[robot], unit[robot])
+    tail, head, sigma = indices(robot, t), indices(robot, near[robot]), cfg.stated_sigmas(n, n_rows // n)
+    return RelativePoses(tail, head, z, sigma[robot], np.zeros(len(robot), dtype=bool))
