@@ -6,6 +6,7 @@ from pettingzoo import AECEnv
 from pettingzoo.utils import wrappers
 from pettingzoo.utils.conversions import parallel_to_aec
 
+from envs._autoreset import Turn, step_and_reset
 from envs._observation import Field, layout, observe
 from envs._rendezvous import OBSERVATIONS, RendezvousEnv
 from envs._reward import REWARDS
@@ -13,7 +14,7 @@ from envs._snapshot import EpisodeSnapshot
 from envs._spaces import by_name
 from envs._team_env import RendezvousTeamEnv
 from envs._turn_based import CheckedActionsWrapper
-from envs._vector import Buffers, RendezvousVectorEnv, VectorStep, vector_env
+from envs._vector import RESET_MASK, Buffers, RendezvousVectorEnv, VectorStep, vector_env
 from envs.directions import N_BINS, bin_azimuths
 
 parallel_env = RendezvousEnv
@@ -32,6 +33,7 @@ def env(**kwargs: Any) -> AECEnv[str, Any, Any]:
 __all__ = [
     "N_BINS",
     "OBSERVATIONS",
+    "RESET_MASK",
     "REWARDS",
     "Buffers",
     "EpisodeSnapshot",
@@ -39,6 +41,7 @@ __all__ = [
     "RendezvousEnv",
     "RendezvousTeamEnv",
     "RendezvousVectorEnv",
+    "Turn",
     "VectorStep",
     "bin_azimuths",
     "by_name",
@@ -47,5 +50,6 @@ __all__ = [
     "observe",
     "parallel_env",
     "raw_env",
+    "step_and_reset",
     "vector_env",
 ]

@@ -25,21 +25,43 @@ class Team(NamedTuple):
     action_space: spaces.Space[Any]
 
 
+class InfoTable(NamedTuple):
+    """Infos of all rows by name, from which those of each row are made where they are wanted.
+
+    Attributes:
+        columns: Arrays with one entry a row.
+        ended: Rows whose episode ended.
+        final_observations: Their last ones; None where no row ended.
+    """
+
+    columns: Mapping[str, np.ndarray]
+    ended: np.ndarray
+    final_observations: Rows | None
+
+    def rows(self) -> list[Info]:
+        """A dict for each row, with ``terminal_observation`` where the episode ended."""
+        cells = [column.tolist() if column.ndim == 1 else list(column) for column in self.columns.values()]
+        infos = [dict(zip(self.columns, row, strict=True)) for row in zip(*cells, strict=True)]
+        for k, row in enumerate(self.ended.tolist()):
+            infos[row]["terminal_observation"] = _picked(self.final_observations, k)
+        return infos
+
+
 class Outcome(NamedTuple):
     """What a step gives, by row.
 
     Attributes:
-        observations: Of the new episode where one ended.
+        observations: Of the new episode where one ended; None where they were written elsewhere.
         rewards: float32.
         dones: The row's episode ended, in whatever way.
         infos: The environment's own, with ``TimeLimit.truncated`` and, at an end, ``terminal_observation``.
         reset_infos: Of the rows whose episode began with this step.
     """
 
-    observations: Rows
+    observations: Rows | None
     rewards: np.ndarray
     dones: np.ndarray
-    infos: list[Info]
+    infos: list[Info] | InfoTable
     reset_infos: dict[int, Info]
 
 
@@ -64,17 +86,21 @@ class Batch:
             "the same environment twice",
         )
         teams = [_team_of(env) for env in self._envs]
-        for k, team in enumerate(teams):
-            require(team == teams[0], f"environment {k}", f"like environment 0, {teams[0]}", team)
+        check_alike(teams)
         self.team = teams[0]
         # For each environment: options of its next episodes.
         self._options: list[dict[str, Any]] = [{} for _ in self._envs]
+        self._out: np.ndarray | None = None
+
+    def write_into(self, out: np.ndarray) -> None:
+        """Leave flat observations in this array from now on, and hand None back in their place."""
+        self._out = out
 
     def set_options(self, options: Sequence[dict[str, Any]]) -> None:
         """Reset options of every environment from its next episode on, until they are set anew."""
         self._options = list(options)
 
-    def reset(self, seeds: Sequence[int | None]) -> tuple[Rows, list[Info]]:
+    def reset(self, seeds: Sequence[int | None]) -> tuple[Rows | None, list[Info]]:
         """Begin an episode in every environment."""
         begun = [self._begin(k, seed) for k, seed in enumerate(seeds)]
         return self._stacked([o for o, _ in begun]), self._infos([i for _, i in begun])
@@ -135,11 +161,28 @@ class Batch:
     def _infos(self, infos: Sequence[Mapping[str, Info]]) -> list[Info]:
         return [dict(info.get(a, {})) for info in infos for a in self.team.agents]
 
-    def _stacked(self, observations: Sequence[Mapping[str, Any]]) -> Rows:
+    def _stacked(self, observations: Sequence[Mapping[str, Any]]) -> Rows | None:
         rows = [o[a] for o in observations for a in self.team.agents]
         if isinstance(self.team.observation_space, spaces.Dict):
             return {key: np.stack([row[key] for row in rows]) for key in self.team.observation_space}
-        return np.stack(rows)
+        if self._out is None:
+            return np.stack(rows)
+        np.stack(rows, out=self._out)
+        return None
+
+
+def check_alike(teams: Sequence[Team]) -> None:
+    """Refuse environments that cannot be rows of one table."""
+    for k, team in enumerate(teams):
+        if team is not teams[0]:
+            require(team == teams[0], f"environment {k}", f"like environment 0, {teams[0]}", team)
+
+
+def _picked(observations: Rows | None, k: int) -> Any:
+    """One row of observations."""
+    if isinstance(observations, dict):
+        return {name: block[k] for name, block in observations.items()}
+    return None if observations is None else observations[k]
 
 
 def _team_of(env: ParallelEnv[str, Any, Any]) -> Team:

@@ -1,23 +1,35 @@
 """Batches of environments, here or in a process of their own, behind one face: ask, then take the answer."""
 
 import multiprocessing
+import pickle
 import traceback
 from collections.abc import Sequence
+from contextlib import suppress
 from multiprocessing.connection import Connection
+from multiprocessing.shared_memory import SharedMemory
 from typing import Any, Protocol
 
 import cloudpickle
+import numpy as np
 
 from train._env_batch import Batch, Maker
+from train._world_batch import WorldBatch, are_worlds
 from wifipgo.command.processes import one_thread_each, settle_in
 
 _PATIENCE_S = 5.0
+_SHARE = "share"  # asked of a worker, not of its batch
 
 
 class Crew(Protocol):
-    """Something that runs the methods of a `Batch`."""
+    """Something that runs the methods of a `Batch`.
+
+    Attributes:
+        n_envs: Environments of it.
+        rows: Where flat observations lie after each answer that has None in their place.
+    """
 
     n_envs: int
+    rows: np.ndarray | None
 
     def ask(self, name: str, *args: Any) -> None:
         """Name an attribute of the batch to read, or a method and its arguments."""
@@ -35,9 +47,11 @@ class Crew(Protocol):
 class LocalCrew:
     """Environments of this process: the work is done when the answer is taken."""
 
+    rows: np.ndarray | None = None
+
     def __init__(self, makers: Sequence[Maker]) -> None:
         """Make the environments."""
-        self.n_envs, self._batch, self._asked = len(makers), Batch(makers), ("team", ())
+        self.n_envs, self._batch, self._asked = len(makers), batch_of(makers), ("team", ())
 
     def ask(self, name: str, *args: Any) -> None:
         """Remember what to do."""
@@ -73,11 +87,20 @@ class RemoteCrew:
         with one_thread_each():
             self._process.start()
         theirs.close()  # so that its death ends our waiting
+        self._memory: SharedMemory | None = None
+        self.rows: np.ndarray | None = None
+
+    def share(self, shape: tuple[int, ...]) -> None:
+        """Let observations, float32, come through memory that both processes see, not through the pipe."""
+        self._memory = SharedMemory(create=True, size=4 * int(np.prod(shape)))
+        self.rows = np.ndarray(shape, np.float32, self._memory.buf)
+        self.ask(_SHARE, self._memory.name, shape)
+        self.answer()
 
     def ask(self, name: str, *args: Any) -> None:
         """Send what to do; the process begins at once."""
         try:
-            self._pipe.send_bytes(cloudpickle.dumps((name, args)))
+            self._pipe.send_bytes(_packed((name, args)))
         except OSError as problem:
             raise self._death() from problem
 
@@ -103,6 +126,11 @@ class RemoteCrew:
 
     def close(self) -> None:
         """Wait for that; a process that does not end is ended."""
+        self.rows = None
+        if self._memory is not None:
+            self._memory.close()
+            self._memory.unlink()
+            self._memory = None
         self._process.join(_PATIENCE_S)
         for end in (self._process.terminate, self._process.kill):
             if self._process.is_alive():
@@ -118,7 +146,12 @@ class RemoteCrew:
         )
 
 
-def _done(batch: Batch, name: str, args: tuple[Any, ...]) -> Any:
+def batch_of(makers: Sequence[Maker]) -> Batch | WorldBatch:
+    """Worlds that are stepped at once where they can be, else one environment after the other."""
+    return WorldBatch(makers) if are_worlds(makers) else Batch(makers)
+
+
+def _done(batch: Batch | WorldBatch, name: str, args: tuple[Any, ...]) -> Any:
     found = getattr(batch, name)
     return found(*args) if callable(found) else found
 
@@ -126,15 +159,19 @@ def _done(batch: Batch, name: str, args: tuple[Any, ...]) -> Any:
 def _serve(pipe: Connection, packed: bytes) -> None:
     """Life of a worker: make the environments, answer until the pipe is closed."""
     settle_in()
-    batch: Batch | None = None
-    name, args = "team", ()
+    batch: Batch | WorldBatch | None = None
+    memory: list[SharedMemory] = []
+    name: str = "team"
+    args: tuple[Any, ...] = ()
     try:
         while True:
             try:
-                batch = batch or Batch(cloudpickle.loads(packed))
-                reply = cloudpickle.dumps((True, _done(batch, name, args)))
+                batch = batch or batch_of(cloudpickle.loads(packed))
+                if name == _SHARE:
+                    name, args = "write_into", (_attached(memory, *args),)
+                reply = _packed((True, _done(batch, name, args)))
             except Exception as problem:
-                reply = _packed(problem)
+                reply = _packed_problem(problem)
             pipe.send_bytes(reply)
             name, args = cloudpickle.loads(pipe.recv_bytes())
     except (EOFError, OSError):
@@ -144,11 +181,25 @@ def _serve(pipe: Connection, packed: bytes) -> None:
             batch.close()
 
 
-def _packed(problem: Exception) -> bytes:
+def _attached(memory: list[SharedMemory], name: str, shape: tuple[int, ...]) -> np.ndarray:
+    """An array in the parent's memory, which stays as long as the list does."""
+    memory.append(SharedMemory(name))
+    return np.ndarray(shape, np.float32, memory[-1].buf)
+
+
+def _packed(message: Any) -> bytes:
+    """Bytes of a message: by pickle, which is faster, where that can."""
+    with suppress(Exception):
+        return pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
+    packed: bytes = cloudpickle.dumps(message)
+    return packed
+
+
+def _packed_problem(problem: Exception) -> bytes:
     """An exception for the parent; one that does not travel goes as its text."""
     trace = "".join(traceback.format_exception(problem))
     try:
-        packed = cloudpickle.dumps((False, problem, trace))
+        packed: bytes = cloudpickle.dumps((False, problem, trace))
         cloudpickle.loads(packed)
     except Exception:
         packed = cloudpickle.dumps((False, RuntimeError(f"{type(problem).__name__}: {problem}"), trace))

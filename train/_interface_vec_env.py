@@ -46,11 +46,13 @@ class Translated(VecEnvWrapper):
         """What the step gave, as the network is shown it."""
         rows, rewards, dones, infos = self.venv.step_wait()
         self.rows = np.asarray(rows)
-        for k in np.flatnonzero(dones).tolist():
-            infos[k] = self._ended(infos[k])
+        if dones.any():
+            self._translate_ends(infos, np.flatnonzero(dones).tolist())
         return self.interface.shown(self.rows), rewards, dones, infos
 
-    def _ended(self, info: dict[str, Any]) -> dict[str, Any]:
-        last = self.interface.shown(info["terminal_observation"][None])[0]
-        cut = info["TimeLimit.truncated"] and self._endless
-        return info | {"terminal_observation": last, "TimeLimit.truncated": cut}
+    def _translate_ends(self, infos: list[dict[str, Any]], ended: list[int]) -> None:
+        """Show last observations too, all at once."""
+        last = self.interface.shown(np.stack([infos[k]["terminal_observation"] for k in ended]))
+        for k, shown in zip(ended, last, strict=True):
+            cut = infos[k]["TimeLimit.truncated"] and self._endless
+            infos[k] = infos[k] | {"terminal_observation": shown, "TimeLimit.truncated": cut}

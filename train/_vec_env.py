@@ -10,11 +10,12 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
+from gymnasium import spaces
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
 from envs.rendezvous_v0 import parallel_env
-from train._env_batch import Maker, Outcome, Rows, Team
+from train._env_batch import InfoTable, Maker, Outcome, Rows, Team
 from train._env_workers import Crew, LocalCrew, RemoteCrew
 from wifipgo.errors import require
 
@@ -51,6 +52,7 @@ class TeamVecEnv(VecEnv):
         self._bounds = np.cumsum([0] + [len(share) for share in shares]).tolist()
         team = self._common_team()
         self.agents = team.agents
+        self._share(team)
         self._actions: np.ndarray | None = None
         super().__init__(self.n_envs * len(team.agents), team.observation_space, team.action_space)
 
@@ -80,7 +82,7 @@ class TeamVecEnv(VecEnv):
         begun = self._ask_all("reset", [(seeds[lo:hi],) for lo, hi in self._shares()])
         self._reset_seeds()
         self.reset_infos = list(chain.from_iterable(infos for _, infos in begun))
-        return _joined([rows for rows, _ in begun])
+        return self._joined([rows for rows, _ in begun])
 
     def step_async(self, actions: np.ndarray) -> None:
         """Hand out one action a row; workers begin at once."""
@@ -104,10 +106,10 @@ class TeamVecEnv(VecEnv):
             for row, info in part.reset_infos.items():
                 self.reset_infos[lo * len(self.agents) + row] = info
         return (
-            _joined([part.observations for part in parts]),
+            self._joined([part.observations for part in parts]),
             np.concatenate([part.rewards for part in parts]),
             np.concatenate([part.dones for part in parts]),
-            list(chain.from_iterable(part.infos for part in parts)),
+            list(chain.from_iterable(map(_by_row, parts))),
         )
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
@@ -141,6 +143,15 @@ class TeamVecEnv(VecEnv):
             crew.dismiss()
         for crew in crews:
             crew.close()
+
+    def _share(self, team: Team) -> None:
+        """Let flat observations of workers come through shared memory."""
+        space = team.observation_space
+        if not isinstance(space, spaces.Box) or space.dtype != np.float32:
+            return
+        for crew in self._crews:
+            if isinstance(crew, RemoteCrew):
+                crew.share((crew.n_envs * len(team.agents), *space.shape))
 
     def _shares(self) -> list[tuple[int, int]]:
         """First environment of each crew, and the one after its last."""
@@ -176,6 +187,13 @@ class TeamVecEnv(VecEnv):
             raise problems[0]
         return answers
 
+    def _joined(self, parts: Sequence[Rows | None]) -> VecEnvObs:
+        """Rows of all crews, in memory of their own: one array, or one for each name."""
+        found = [crew.rows if part is None else part for part, crew in zip(parts, self._crews, strict=True)]
+        if isinstance(found[0], dict):
+            return {key: np.concatenate([part[key] for part in found]) for key in found[0]}  # type: ignore[index]
+        return found[0] if len(parts) == 1 and parts[0] is not None else np.concatenate(found)  # type: ignore
+
     def _drain(self) -> None:
         """Forget a step that nobody waits for."""
         self._check_open()
@@ -210,8 +228,5 @@ def _checked(indices: Iterable[int], n_rows: int) -> list[int]:
     return [row % n_rows for row in rows]
 
 
-def _joined(parts: Sequence[Rows]) -> VecEnvObs:
-    """Rows of all crews, one array or one for each name."""
-    if isinstance(parts[0], dict):
-        return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
-    return np.concatenate(parts)  # type: ignore[arg-type]
+def _by_row(part: Outcome) -> list[dict[str, Any]]:
+    return part.infos.rows() if isinstance(part.infos, InfoTable) else part.infos
