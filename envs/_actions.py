@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from jaxtyping import Float, Int8, Real
+from jaxtyping import Bool, Float, Int8, Real
 
-from envs.directions import N_CHOICES, N_MOTIONS, choice_mask, waypoints_of
+from envs.directions import N_CHOICES, N_MOTIONS, STAY, choice_mask, waypoints_of
 from wifipgo.errors import BadInputError, quoted, require
+from wifipgo.rows import Rows as Team
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief, Commands
 
@@ -26,12 +27,22 @@ class ActionForm:
 
     Attributes:
         space: Makes the space of one robot.
+        shape: Of one robot's action.
+        rule: What an action has to be, in words.
+        good: Which rows of an array are actions.
+        clipped: Rows within the space, in the dtype that commands are made of.
+        idle: The action that does nothing.
         rows: Stacks actions, one row an agent, or says what is wrong with the first that is refused.
         commands: What such rows mean to robots that believe something.
         masks: Choices that have an effect of their own, one row a robot; None where nothing is chosen.
     """
 
     space: Callable[[], spaces.Space[Any]]
+    shape: tuple[int, ...]
+    rule: str
+    good: Callable[[Rows], Bool[np.ndarray, " robots"]]
+    clipped: Callable[[Rows], Rows]
+    idle: Any
     rows: Callable[[Mapping[str, Any], list[str]], Rows]
     commands: Callable[[Rows, Belief, Scenario], Commands]
     masks: Callable[[Belief, Scenario], Int8[np.ndarray, "robots choices"]] | None = None
@@ -64,7 +75,21 @@ def _waypoint_rows(actions: Mapping[str, Any], agents: list[str]) -> Rows:
     if not np.isfinite(rows).all():
         first = int(np.isfinite(rows).all(axis=1).argmin())
         raise BadInputError(f"actions[{agents[first]!r}] must be finite, got {rows[first].tolist()}")
+    return _clipped(rows)
+
+
+def _clipped(rows: Rows) -> Rows:
     return np.minimum(np.maximum(rows.astype(np.float64), -1.0), 1.0)
+
+
+def _are_waypoints(rows: Rows) -> Bool[np.ndarray, " robots"]:
+    good: np.ndarray = np.isfinite(rows).all(axis=1) & (rows.dtype.kind in _REAL)
+    return good
+
+
+def _are_choices(rows: Rows) -> Bool[np.ndarray, " robots"]:
+    good: np.ndarray = (rows >= 0) & (rows < N_CHOICES) & (rows.dtype.kind in _WHOLE)
+    return good
 
 
 def _choice_rows(actions: Mapping[str, Any], agents: list[str]) -> Rows:
@@ -128,16 +153,32 @@ def _free_steps(belief: Belief, scenario: Scenario) -> Float[np.ndarray, "robots
     """Lidar in each robot's own step lengths, by the numbers that the observation shows."""
     arena = scenario.arena
     shown = (belief.sensed.lidar_m / arena.lidar_range_m).astype(np.float32).astype(np.float64)
-    return arena.lidar_range_m / np.maximum(arena.steps_m(scenario.n_robots), 1e-6)[:, None] * shown
+    steps_m = Team.of(len(shown), scenario.n_robots).tiled(arena.steps_m(scenario.n_robots))
+    return arena.lidar_range_m / np.maximum(steps_m, 1e-6)[:, None] * shown
 
 
 ACTION_FORMS: Mapping[str, ActionForm] = MappingProxyType(
     {
         "continuous": ActionForm(
-            space=lambda: spaces.Box(-1.0, 1.0, (3,), np.float32), rows=_waypoint_rows, commands=_driven
+            space=lambda: spaces.Box(-1.0, 1.0, (3,), np.float32),
+            shape=(3,),
+            rule="three finite numbers",
+            good=_are_waypoints,
+            clipped=_clipped,
+            idle=np.array([0.0, 0.0, -1.0]),
+            rows=_waypoint_rows,
+            commands=_driven,
         ),
         "discrete": ActionForm(
-            space=lambda: spaces.Discrete(N_CHOICES), rows=_choice_rows, commands=_chosen, masks=_masks
+            space=lambda: spaces.Discrete(N_CHOICES),
+            shape=(),
+            rule=f"one choice in 0..{N_CHOICES - 1}",
+            good=_are_choices,
+            clipped=lambda rows: rows.astype(np.int64),
+            idle=STAY,
+            rows=_choice_rows,
+            commands=_chosen,
+            masks=_masks,
         ),
     }
 )

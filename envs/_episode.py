@@ -1,13 +1,18 @@
-"""An episode as a value: advancing it gives the next one and leaves it as it was, to the bit.
+"""An episode of one or more worlds as a value: advancing it gives the next one and leaves it as it was.
 
 Only the generators of chance change in place, so they are a cache of the episode, never its owner: when
 they are not where the episode is, because an exception interrupted an iteration or because the same
 episode is advanced twice, they are set to where they last were known to be and drawn from again.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+from jaxtyping import Bool
+
 from wifipgo.loop import advance, start
+from wifipgo.rows import Rows
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Commands, Tick, World
 from wifipgo.streams import Streams
@@ -35,17 +40,17 @@ class Episode(NamedTuple):
 
     Attributes:
         scenario: What is played.
-        seed: Root of all chance, and number of the episode under it.
-        world: Room, obstacles, and the engines that serve all its ticks.
+        seeds: Of each world: root of all chance, and number of the episode under it.
+        world: Rooms, obstacles, and the engines that serve all its ticks.
         tick: Truth and belief now.
-        map_accuracy: The team's map beside the truth.
+        map_accuracy: The teams' maps beside the truth.
         origin: Where the generators were known.
         commands: All that the robots were told since.
         chance: The generators; shared by the episodes that follow each other, none in a snapshot.
     """
 
     scenario: Scenario
-    seed: tuple[int, int]
+    seeds: tuple[tuple[int, int], ...]
     world: World
     tick: Tick
     map_accuracy: MapAccuracy
@@ -54,22 +59,30 @@ class Episode(NamedTuple):
     chance: _Chance | None
 
     @classmethod
-    def begun(cls, scenario: Scenario, seed: tuple[int, int]) -> "Episode":
-        """First tick of an episode.
+    def begun(cls, scenario: Scenario, seeds: Sequence[tuple[int, int]]) -> "Episode":
+        """First tick of an episode, in as many worlds as there are seeds.
 
         Raises:
             ValueError: The room cannot be laid out.
         """
-        streams = Streams.for_episode(*seed)
+        streams = Streams.for_episodes(seeds)
         world, tick = start(scenario, streams)
         origin = Origin(tick, streams.states())
-        return cls(scenario, seed, world, tick, _first_map(tick), origin, (), _Chance(streams))
+        mapped = _first_map(tick)
+        return cls(scenario, tuple(seeds), world, tick, mapped, origin, (), _Chance(streams))
 
     @property
-    def is_complete(self) -> bool:
-        """Whether the measurements that the scenario asks for are taken."""
-        full = self.scenario.max_measurements
-        return bool(full) and int(self.tick.belief.log.edges.between_robots.sum()) >= full
+    def rows(self) -> Rows:
+        """Robots of all worlds."""
+        return self.world.rows
+
+    @property
+    def is_complete(self) -> Bool[np.ndarray, " worlds"]:
+        """Worlds in which the measurements that the scenario asks for are taken."""
+        full, edges = self.scenario.max_measurements, self.tick.belief.log.edges
+        if not full:
+            return np.zeros(self.rows.n_worlds, dtype=bool)
+        return self.rows.counts(edges.tail[edges.between_robots, 0]) >= full
 
     @property
     def is_late(self) -> bool:
@@ -102,7 +115,7 @@ class Episode(NamedTuple):
 
 
 def _first_map(tick: Tick) -> MapAccuracy:
-    """Map of the team beside the truth."""
+    """Maps of the teams beside the truth."""
     return first_map_accuracy(tick.truth.cells, tick.truth.poses, tick.belief.paths.estimate)
 
 

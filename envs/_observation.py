@@ -90,12 +90,12 @@ def _within(value: Float[np.ndarray, "..."], low: float, high: float) -> Float[n
 
 def _called(belief: Belief, _: Scenario) -> Shaped[np.ndarray, " robots"]:
     """Robots whom a call reaches."""
-    callee = belief.team.calls.callee
+    callee, rate_mbit_s = belief.team.calls.callee, belief.radio.rate_mbit_s
     called = np.zeros(len(callee), dtype=bool)
-    calling = callee != NOBODY
-    if calling.any():
-        heard = calling & (belief.radio.rate_mbit_s[np.arange(len(callee)), callee] > 0.0)
-        called[callee[heard]] = True
+    calling = (callee != NOBODY).nonzero()[0]
+    if len(calling):
+        heard = calling[rate_mbit_s[calling, callee[calling]] > 0.0]
+        called[_places(*rate_mbit_s.shape).first[heard, 0] + callee[heard]] = True
     return called
 
 
@@ -114,13 +114,26 @@ def _sighted_bearing(belief: Belief, _: Scenario) -> Float[np.ndarray, "robots 2
 
 def _neighbours(belief: Belief) -> Int[np.ndarray, "robots slots"]:
     """Index of each slot's neighbour in a flattened pair table."""
-    slots = belief.radio.slots
-    return slots + _first_of_rows(len(slots))
+    return belief.radio.slots + _places(*belief.radio.esnr_db.shape).pair
+
+
+def _neighbour_rows(belief: Belief) -> Int[np.ndarray, "robots slots"]:
+    """Row of each slot's neighbour."""
+    return belief.radio.slots + _places(*belief.radio.esnr_db.shape).first
+
+
+class _Places(NamedTuple):
+    """Of each row: where it begins in a flattened pair table, the first row of its world, its own number."""
+
+    pair: Int[np.ndarray, "robots 1"]
+    first: Int[np.ndarray, "robots 1"]
+    number: Int[np.ndarray, "robots 1"]
 
 
 @functools.lru_cache(maxsize=8)
-def _first_of_rows(n_robots: int) -> Int[np.ndarray, "robots 1"]:
-    return np.arange(0, n_robots**2, n_robots)[:, None]
+def _places(n_rows: int, n_robots: int) -> _Places:
+    row = np.arange(n_rows)[:, None]
+    return _Places(n_robots * row, row - row % n_robots, row % n_robots)
 
 
 def _profile(belief: Belief, _: Scenario) -> Float[np.ndarray, "robots slots bins"]:
@@ -154,7 +167,7 @@ BLOCKS: tuple[Block, ...] = (
     Block("own/called", 1, 0.0, 1.0, "0 or 1", "somebody calls and a ping passes", of=_called),
     Block(
         *("own/elapsed", 1, 0.0, 1.0, "n_steps", "iterations done"),
-        of=lambda b, s: np.full(s.n_robots, min(b.t / s.n_steps, 1.0)),
+        of=lambda b, s: np.full(len(b.err), min(b.t / s.n_steps, 1.0)),
     ),
     Block(
         *("own/spread", 1, 0.0, _CEILING, "m"),
@@ -210,11 +223,13 @@ BLOCKS: tuple[Block, ...] = (
     ),
     Block(
         *("slot/err", 1, 0.0, _CEILING, "err_threshold", "the neighbour's Err_j, sent with its ping"),
-        of=lambda b, s: _capped(b.err.take(b.radio.slots) / s.rendezvous.err_threshold),
+        of=lambda b, s: _capped(b.err.take(_neighbour_rows(b)) / s.rendezvous.err_threshold),
     ),
     Block(
         *("slot/calls_me", 1, 0.0, 1.0, "0 or 1", "the neighbour calls this robot"),
-        of=lambda b, s: b.team.calls.callee.take(b.radio.slots) == np.arange(s.n_robots)[:, None],
+        of=lambda b, s: (
+            b.team.calls.callee.take(_neighbour_rows(b)) == _places(len(b.err), s.n_robots).number
+        ),
     ),
     Block(
         *("slot/i_call", 1, 0.0, 1.0, "0 or 1", "this robot calls the neighbour"),

@@ -10,30 +10,20 @@ from gymnasium.utils import EzPickle
 from jaxtyping import Bool
 from pettingzoo import ParallelEnv
 
-from envs._actions import ACTION_FORMS, checked_rows
-from envs._arguments import NotResetError, changes_of, next_seed, scenario_fields
+from envs._actions import checked_rows
+from envs._arguments import NotResetError, changes_of, next_seed
 from envs._episode import Episode
-from envs._infos import infos
-from envs._observation import layout, observe
-from envs._reward import REWARDS, Outcome
+from envs._infos import by_agent as infos_by_agent
+from envs._playing import played, settings_of, shown
 from envs._snapshot import FORMAT, EpisodeSnapshot, blocks_of, check_snapshot
-from envs._spaces import by_agent, spaces_of
-from envs._state import state, state_space
-from envs.directions import N_CHOICES
-from envs.render.config import DEFAULT_HEIGHT_PX, RENDER_MODES, RenderConfig, check_render_mode
+from envs._spaces import by_agent
+from envs._state import state
+from envs.render.config import DEFAULT_HEIGHT_PX, RENDER_MODES, RenderConfig
 from wifipgo.arithmetic import plain_arithmetic
-from wifipgo.errors import BadInputError, pick, require
-from wifipgo.scenarios import Scenario, scenario_named
+from wifipgo.errors import BadInputError, pick
+from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
 
-OBSERVATIONS: Mapping[str, str] = {
-    "flat": "one Box",
-    "dict": "the same blocks by name; with discrete actions the pair of observation and action_mask",
-}
-_ARGUMENTS = (
-    *("actions", "max_cycles", "observation", "render_height_px", "render_mode", "reward", "scenario"),
-    "terminate_at_end",
-)
 # Key, beside an episode's number, of the chance that wrappers draw from: no stream of the episode has it.
 _WRAPPERS_KEY = 0x3A9
 
@@ -82,36 +72,20 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         **overrides: Any,
     ) -> None:
         """Check the arguments and build the spaces."""
-        overrides = scenario_fields(overrides, max_cycles, _ARGUMENTS)
+        written: dict[str, Any] = {"observation": observation, "actions": actions, "reward": reward}
+        written |= {"render_mode": render_mode, "terminate_at_end": terminate_at_end}
+        self._settings = settings_of(scenario, max_cycles=max_cycles, **written, **overrides)
+        self.base_scenario = self.scenario = self._settings.scenario
         # The value, not its name: a file may have changed when the copy is made.
-        base = scenario if isinstance(scenario, Scenario) else scenario_named(scenario)
-        EzPickle.__init__(
-            self,
-            base,
-            observation=observation,
-            actions=actions,
-            reward=reward,
-            render_mode=render_mode,
-            render_height_px=render_height_px,
-            terminate_at_end=terminate_at_end,
-            **overrides,
-        )
-        pick(OBSERVATIONS, observation, "observation")
-        require(isinstance(terminate_at_end, bool), "terminate_at_end", "True or False", terminate_at_end)
-        if render_mode is not None:
-            check_render_mode(render_mode)
-        self.base_scenario = self.scenario = base.with_overrides(**overrides)
+        EzPickle.__init__(self, self.base_scenario, render_height_px=render_height_px, **written)
         self.render_mode, self._render_config = render_mode, RenderConfig(height_px=render_height_px)
         self._screen: Any = None  # holds pygame's objects from the first picture on
-        self.layout = layout(self.scenario)
-        self.possible_agents = [f"robot_{i}" for i in range(self.scenario.n_robots)]
+        self.layout, self.possible_agents = self._settings.layout, self._settings.agents
         self.agents: list[str] = []
-        self._as_dict, self._reward = observation == "dict", pick(REWARDS, reward, "reward")
-        self._form, self._terminates = pick(ACTION_FORMS, actions, "form of actions"), terminate_at_end
-        choices, agents = N_CHOICES if self._form.masks else 0, self.possible_agents
-        self.observation_spaces = spaces_of(agents, self.layout, as_dict=self._as_dict, n_choices=choices)
-        self.action_spaces: dict[str, Any] = {agent: self._form.space() for agent in agents}
-        self.state_space = state_space(self.scenario.n_robots)
+        # A space of its own for each robot: they are seeded one by one.
+        self.observation_spaces = {a: self._settings.observation_space() for a in self.possible_agents}
+        self.action_spaces: dict[str, Any] = {a: self._settings.form.space() for a in self.possible_agents}
+        self.state_space = self._settings.state_space
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The same object for an agent each time."""
@@ -160,10 +134,11 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
                 spaces, or a room that cannot be laid out. The episode before goes on.
         """
         scenario = self.base_scenario.with_overrides(**changes_of(options))
-        before = self._episode.seed if self._episode is not None else None
-        now = Episode.begun(scenario, next_seed(seed, before))
+        before = self._episode.seeds[0] if self._episode is not None else None
+        root, number = next_seed(seed, before)
+        now = Episode.begun(scenario, [(root, number)])
         out = self._seen_and_said(now)
-        key = np.random.SeedSequence(now.seed[0], spawn_key=(now.seed[1], _WRAPPERS_KEY))
+        key = np.random.SeedSequence(root, spawn_key=(number, _WRAPPERS_KEY))
         if self.render_mode == "human":
             self._picture(now)
         # At once and last, so that what is refused or interrupted leaves the episode before.
@@ -187,18 +162,14 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         before, agents = self._now, self.agents
         if not agents:
             raise RuntimeError("the episode is over: call reset() before step()")
-        rows = self.checked(actions, agents)
-        now = before.advanced(self._form.commands(rows, before.tick.belief, before.scenario))
-        gain = float(now.map_accuracy.share[0] - before.map_accuracy.share[0])
-        outcome = Outcome(before.tick.belief, now.tick.belief, gain)
-        late = now.is_late
-        ends = now.is_complete or (late and self._terminates)
+        now, rewards, ended, cut = played(before, self.checked(actions, agents), self._settings)
+        ends, late = bool(ended[0]), bool(cut[0])
         observations, said = self._seen_and_said(now)
         out = (
             observations,
-            dict(zip(agents, self._reward(outcome, self.scenario).tolist(), strict=True)),
+            dict(zip(agents, rewards.tolist(), strict=True)),
             dict.fromkeys(agents, ends),
-            dict.fromkeys(agents, late and not ends),
+            dict.fromkeys(agents, late),
             said,
         )
         if self.render_mode == "human":
@@ -208,7 +179,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
 
     def checked(self, actions: Mapping[str, Any], agents: list[str]) -> np.ndarray:
         """Actions of some agents as an array, clipped to their space; refused as by `step`."""
-        return checked_rows(self._form, actions, agents)
+        return checked_rows(self._settings.form, actions, agents)
 
     def action_masks(self) -> Bool[np.ndarray, "robots choices"]:
         """Choices that have an effect of their own, one row a robot.
@@ -217,9 +188,10 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             ValueError: The actions are continuous.
             RuntimeError: Before the first reset.
         """
-        if self._form.masks is None:
+        masks = self._settings.form.masks
+        if masks is None:
             raise BadInputError("actions must be 'discrete' for masks, got 'continuous'")
-        return self._form.masks(self.tick.belief, self.scenario).astype(bool)
+        return masks(self.tick.belief, self.scenario).astype(bool)
 
     def snapshot(self) -> EpisodeSnapshot:
         """Where the episode stands, chance included: for branching, looking ahead and going on elsewhere.
@@ -250,7 +222,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
             ValueError: A snapshot of another scenario, layout or version; names what differs. The episode
                 before goes on.
         """
-        kept = check_snapshot(snapshot, self.base_scenario, self.layout)
+        kept = check_snapshot(snapshot, EpisodeSnapshot, self.base_scenario, self.layout)
         now, rng = kept.episode, np.random.default_rng(0)
         rng.bit_generator.state = kept.wrappers
         out = self._seen_and_said(now)
@@ -261,7 +233,7 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
     @plain_arithmetic
     def state(self) -> np.ndarray:
         """What is true and believed of the whole team, scaled: for a centralised critic."""
-        return state(self.tick, self.scenario)
+        return state(self.tick, self.scenario)[0]
 
     @plain_arithmetic
     def render(self) -> np.ndarray | None:
@@ -290,8 +262,6 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
 
     def _seen_and_said(self, now: Episode) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
         """Observations and infos of all agents."""
-        belief, agents, form = now.tick.belief, self.possible_agents, self._form
-        masks = form.masks(belief, now.scenario) if form.masks else None
-        rows = observe(belief, now.scenario)
-        seen = by_agent(rows, agents, self.layout if self._as_dict else None, masks)
-        return seen, infos(now.tick, agents, mapped_share=float(now.map_accuracy.share[0]), masks=masks)
+        agents, (rows, masks, said) = self.possible_agents, shown(now, self._settings)
+        seen = by_agent(rows, agents, self.layout if self._settings.as_dict else None, masks)
+        return seen, infos_by_agent(said, agents)

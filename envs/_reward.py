@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from wifipgo.rows import Rows
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief
 from wifipgo.world.coverage_belief import team_share
@@ -25,12 +26,15 @@ class Outcome(NamedTuple):
     Attributes:
         before: What the robots believed before the iteration.
         after: And after it.
-        mapped_gain_truth: What the mapped share grew by (`wifipgo.world.map_accuracy`); it reads the truth.
+        mapped_gain_truth: What each world's mapped share grew by (`wifipgo.world.map_accuracy`); it reads
+            the truth.
+        rows: Robots of all worlds.
     """
 
     before: Belief
     after: Belief
-    mapped_gain_truth: float
+    mapped_gain_truth: Float[np.ndarray, " worlds"]
+    rows: Rows
 
 
 Reward = Callable[[Outcome, Scenario], np.ndarray]
@@ -42,7 +46,7 @@ def mapped_share_truth(outcome: Outcome, scenario: Scenario) -> Float[np.ndarray
     The return of an episode is the mapped share at its end, less that of the start. Standing
     still earns nothing, and neither does getting lost: what is seen then is not mapped.
     """
-    return np.full(len(outcome.after.err), outcome.mapped_gain_truth)
+    return outcome.mapped_gain_truth.repeat(outcome.rows.n_robots)
 
 
 def mapped_share_belief(outcome: Outcome, scenario: Scenario) -> Float[np.ndarray, " robots"]:
@@ -50,8 +54,8 @@ def mapped_share_belief(outcome: Outcome, scenario: Scenario) -> Float[np.ndarra
 
     The chance is that of the covariance of the pose from which a square was seen best.
     """
-    gain = team_share(outcome.after.coverage) - team_share(outcome.before.coverage)
-    return np.full(len(outcome.after.err), gain[0])
+    after, before = (team_share(b.coverage, outcome.rows.n_worlds) for b in (outcome.after, outcome.before))
+    return (after - before).repeat(outcome.rows.n_robots)
 
 
 def error(outcome: Outcome, scenario: Scenario) -> Float[np.ndarray, " robots"]:
@@ -61,7 +65,7 @@ def error(outcome: Outcome, scenario: Scenario) -> Float[np.ndarray, " robots"]:
 
 def team_error(outcome: Outcome, scenario: Scenario) -> Float[np.ndarray, " robots"]:
     """Mean of `error` over the team, the same for all: rewards helping others too."""
-    return np.full(len(outcome.after.err), error(outcome, scenario).mean())
+    return outcome.rows.by_world(error(outcome, scenario)).mean(axis=1).repeat(outcome.rows.n_robots)
 
 
 REWARDS: Mapping[str, Reward] = MappingProxyType(

@@ -2,14 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
+
+import numpy as np
 
 from envs._episode import Episode
 from envs._observation import Field
 from wifipgo.errors import BadInputError, require
 from wifipgo.scenarios import Scenario, field_owners
 
-FORMAT = 1  # of what a snapshot holds; another one is refused
+FORMAT = 2  # of what a snapshot holds; another one is refused
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -33,19 +35,45 @@ class EpisodeSnapshot:
     wrappers: dict[str, Any]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class VectorSnapshot:
+    """Where many worlds stand, chance included; it pickles, and can be restored any number of times.
+
+    Attributes:
+        format: `FORMAT` of the version that took it.
+        scenario: That of the environment, before options of a reset.
+        blocks: Name and size of each block of the observation.
+        cohorts: Worlds that began together, and their episode.
+        seeds: Of each world: root of its chance and number of its episode.
+        last: What the last reset or step gave.
+    """
+
+    format: int
+    scenario: Scenario
+    blocks: tuple[tuple[str, int], ...]
+    cohorts: tuple[tuple[np.ndarray, Episode], ...]
+    seeds: tuple[tuple[int, int] | None, ...]
+    last: dict[str, np.ndarray]
+
+
+Snapshot = TypeVar("Snapshot", EpisodeSnapshot, VectorSnapshot)
+
+
 def blocks_of(layout: Sequence[Field]) -> tuple[tuple[str, int], ...]:
     """Name and size of each block."""
     return tuple((block.name, block.size) for block in layout)
 
 
-def check_snapshot(snapshot: object, scenario: Scenario, layout: Sequence[Field]) -> EpisodeSnapshot:
+def check_snapshot(
+    snapshot: object, kind: type[Snapshot], scenario: Scenario, layout: Sequence[Field]
+) -> Snapshot:
     """Refuse what is no snapshot of such an environment.
 
     Raises:
         ValueError: No snapshot, one of another format, scenario or layout; names what differs.
     """
-    if not isinstance(snapshot, EpisodeSnapshot):
-        rule = "what snapshot() returned, an EpisodeSnapshot"
+    if not isinstance(snapshot, kind):
+        rule = f"what snapshot() returned, one of {kind.__name__}"
         raise BadInputError(f"snapshot must be {rule}, got {type(snapshot).__name__}")
     require(snapshot.format == FORMAT, "snapshot.format", f"{FORMAT}, that of this version", snapshot.format)
     for name, part in field_owners().items():

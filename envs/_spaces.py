@@ -32,13 +32,6 @@ def space_of(fields: tuple[Field, ...], *, as_dict: bool, n_choices: int) -> spa
     return spaces.Dict({"observation": flat_space(fields), "action_mask": mask})
 
 
-def spaces_of(
-    agents: list[str], fields: tuple[Field, ...], *, as_dict: bool, n_choices: int
-) -> dict[str, spaces.Space[Any]]:
-    """A space of its own for each robot: they are seeded one by one."""
-    return {agent: space_of(fields, as_dict=as_dict, n_choices=n_choices) for agent in agents}
-
-
 def by_agent(
     rows: Float[np.ndarray, "robots numbers"],
     agents: list[str],

@@ -26,14 +26,15 @@ def state_space(n_robots: int) -> spaces.Box:
     return spaces.Box(low, high, dtype=np.float32)
 
 
-def state(tick: Tick, scenario: Scenario) -> Float[np.ndarray, " numbers"]:
-    """Robot by robot, then all link rates, row by row; float32."""
+def state(tick: Tick, scenario: Scenario) -> Float[np.ndarray, "worlds numbers"]:
+    """Of each world robot by robot, then all link rates, row by row; float32."""
     truth, belief, size_m = tick.truth, tick.belief, scenario.arena.size_m
     own = [*_pose(truth.poses[:, -1], size_m), *_pose(belief.paths.estimate[:, -1], size_m)]
     err = belief.err / scenario.rendezvous.err_threshold
     robots = np.minimum(np.maximum(np.stack([*own, err], axis=1), _LOW), _HIGH)
     rates = belief.radio.rate_mbit_s / band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s
-    return np.concatenate([robots.ravel(), rates.ravel()], dtype=np.float32, casting="same_kind")
+    each = (part.reshape(-1, scenario.n_robots * part.shape[1]) for part in (robots, rates))
+    return np.concatenate(list(each), axis=1, dtype=np.float32, casting="same_kind")
 
 
 def _pose(pose: Float[np.ndarray, "robots 3"], size_m: float) -> Float[np.ndarray, "4 robots"]:

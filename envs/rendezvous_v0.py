@@ -8,7 +8,8 @@ from pettingzoo.utils.conversions import parallel_to_aec
 
 from envs._autoreset import Turn, step_and_reset
 from envs._observation import Field, layout, observe
-from envs._rendezvous import OBSERVATIONS, RendezvousEnv
+from envs._playing import OBSERVATIONS
+from envs._rendezvous import RendezvousEnv
 from envs._reward import REWARDS
 from envs._snapshot import EpisodeSnapshot
 from envs._spaces import by_name

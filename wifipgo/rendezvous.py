@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float, Int
 
 from wifipgo.errors import require_within
 from wifipgo.radio.channel.rates import LinkConfig, service_discrepancy
+from wifipgo.rows import Rows
 
 NOBODY = -1
 
@@ -40,7 +41,7 @@ class Calls(NamedTuple):
     """Calls that are up.
 
     Attributes:
-        callee: Robot that each robot calls, or `NOBODY`.
+        callee: Peer that each robot calls, or `NOBODY`.
         q_mbit_s: Rate each call asks for; raised as Algorithm 1, line 10, so that the callee keeps coming.
     """
 
@@ -56,8 +57,8 @@ def no_calls(n_robots: int, cfg: LinkConfig) -> Calls:
 def place_calls(
     calls: Calls,
     request: Bool[np.ndarray, " robots"],
-    rate_mbit_s: Float[np.ndarray, "robots robots"],
-    esnr_db: Float[np.ndarray, "robots robots"],
+    rate_mbit_s: Float[np.ndarray, "robots peers"],
+    esnr_db: Float[np.ndarray, "robots peers"],
     *,
     cfg: LinkConfig,
 ) -> Calls:
@@ -80,7 +81,7 @@ def place_calls(
 
 
 def raise_demands(
-    calls: Calls, rate_mbit_s: Float[np.ndarray, "robots robots"], *, step_mbit_s: float
+    calls: Calls, rate_mbit_s: Float[np.ndarray, "robots peers"], *, step_mbit_s: float
 ) -> Calls:
     """Ask for more than the link now carries, so that the callee keeps coming (Algorithm 1, line 10)."""
     if (calls.callee == NOBODY).all():
@@ -91,27 +92,30 @@ def raise_demands(
 
 
 def discrepancies(
-    calls: Calls, rate_mbit_s: Float[np.ndarray, "robots robots"], *, cfg: LinkConfig
-) -> Float[np.ndarray, "robots robots"]:
+    calls: Calls, rate_mbit_s: Float[np.ndarray, "robots peers"], *, cfg: LinkConfig
+) -> Float[np.ndarray, "robots peers"]:
     """w_ij of Eq. 1 as robot i sees its link to j: with j's demand if j calls i, else with its own."""
     demand = np.full(rate_mbit_s.shape, cfg.q_mbit_s)
     caller = (calls.callee != NOBODY).nonzero()[0]
-    demand[calls.callee[caller], caller] = calls.q_mbit_s[caller]
-    demand[caller, calls.callee[caller]] = calls.q_mbit_s[caller]
+    if len(caller):
+        peer, callee = caller % rate_mbit_s.shape[1], calls.callee[caller]
+        demand[caller - peer + callee, peer] = calls.q_mbit_s[caller]
+        demand[caller, callee] = calls.q_mbit_s[caller]
     return service_discrepancy(rate_mbit_s, q_mbit_s=demand, alpha=cfg.alpha)
 
 
 def choose_slots(
     calls: Calls,
-    rate_mbit_s: Float[np.ndarray, "robots robots"],
-    esnr_db: Float[np.ndarray, "robots robots"],
+    rate_mbit_s: Float[np.ndarray, "robots peers"],
+    esnr_db: Float[np.ndarray, "robots peers"],
     n_slots: int,
 ) -> Int[np.ndarray, "robots slots"]:
-    """Neighbours that each robot listens to: its callers first, then by effective SNR; `NOBODY` pads."""
-    n = len(rate_mbit_s)
-    calls_me = calls.callee == np.arange(n)[:, None]
-    rank = np.where(rate_mbit_s > 0.0, esnr_db + 1e3 * calls_me, -np.inf)
-    out, robots = np.empty((n, n_slots), dtype=np.int64), np.arange(n)
+    """Peers that each robot listens to: its callers first, then by effective SNR; `NOBODY` pads."""
+    rows = Rows.of(len(rate_mbit_s), rate_mbit_s.shape[1])
+    calls_me = rows.by_world(calls.callee)[:, None] == np.arange(rows.n_robots)[:, None]
+    esnr_db = esnr_db + 1e3 * calls_me.reshape(esnr_db.shape)
+    rank = np.where(rate_mbit_s > 0.0, esnr_db, -np.inf)
+    out, robots = np.empty((len(rank), n_slots), dtype=np.int64), np.arange(len(rank))
     for slot in range(n_slots):
         best = rank.argmax(axis=1)
         out[:, slot] = np.where(rank[robots, best] > -np.inf, best, NOBODY)
@@ -120,15 +124,16 @@ def choose_slots(
 
 
 def due_groups(
-    observed: Int[np.ndarray, "robots robots"],
-    rate_mbit_s: Float[np.ndarray, "robots robots"],
+    observed: Int[np.ndarray, "robots peers"],
+    rate_mbit_s: Float[np.ndarray, "robots peers"],
     *,
     kappa: int,
     q_mbit_s: float,
 ) -> list[list[int]]:
-    """Robots that meet now: pairs with kappa observations and the rate, joined where they share one."""
+    """Rows that meet now: pairs with kappa observations and the rate, joined where they share one."""
     groups: list[set[int]] = []
-    low, high = ((observed >= kappa) & (rate_mbit_s >= q_mbit_s)).nonzero()
+    low, peer = ((observed >= kappa) & (rate_mbit_s >= q_mbit_s)).nonzero()
+    high = low - low % observed.shape[1] + peer
     for pair in zip(low[low < high].tolist(), high[low < high].tolist(), strict=True):
         touched = [group for group in groups if group & set(pair)]
         groups = [group for group in groups if group not in touched] + [set(pair).union(*touched)]

@@ -35,6 +35,16 @@ class Rows(NamedTuple):
         """Number of each row in its own world: its column in a table of pairs."""
         return row % self.n_robots
 
+    def counts(self, row: Int[np.ndarray, " rows"]) -> Int[np.ndarray, " worlds"]:
+        """How many of these rows are in each world."""
+        return np.bincount(self.world(row), minlength=self.n_worlds)
+
+    def tiled(self, per_robot: Shaped[np.ndarray, "robots ..."]) -> Shaped[np.ndarray, "rows ..."]:
+        """What holds for each robot of a world, for the rows of all worlds."""
+        if self.n_worlds == 1:
+            return per_robot
+        return np.concatenate([per_robot] * self.n_worlds)
+
     def by_world(self, x: Shaped[np.ndarray, "rows ..."]) -> Shaped[np.ndarray, "worlds robots ..."]:
         """The same with an axis of worlds."""
         return x.reshape(self.n_worlds, self.n_robots, *x.shape[1:])
@@ -62,7 +72,7 @@ class Generators:
         """The same generators for lists with so many items of each world."""
         return Generators(self.each, counts)
 
-    def standard_normal(self, size: Any, dtype: Any = np.float64) -> np.ndarray:
+    def standard_normal(self, size: Any = None, dtype: Any = np.float64) -> Any:
         """Normal numbers of mean 0 and variance 1."""
         if len(self.each) == 1:
             return self.each[0].standard_normal(size, dtype=dtype)
@@ -71,7 +81,7 @@ class Generators:
             rng.standard_normal(dtype=dtype, out=share)
         return out
 
-    def random(self, size: Any, dtype: Any = np.float64) -> np.ndarray:
+    def random(self, size: Any = None, dtype: Any = np.float64) -> Any:
         """Uniform numbers in [0, 1)."""
         if len(self.each) == 1:
             return self.each[0].random(size, dtype=dtype)
@@ -80,7 +90,7 @@ class Generators:
             rng.random(dtype=dtype, out=share)
         return out
 
-    def uniform(self, low: float, high: float, size: Any) -> np.ndarray:
+    def uniform(self, low: float = 0.0, high: float = 1.0, size: Any = None) -> Any:
         """Uniform numbers in [low, high)."""
         if len(self.each) == 1:
             return self.each[0].uniform(low, high, size)
@@ -98,7 +108,7 @@ class Generators:
             share[...] = rng.gumbel(size=share.shape)
         return out
 
-    def integers(self, high: int, size: Any) -> np.ndarray:
+    def integers(self, high: int, size: Any = None) -> Any:
         """Whole numbers in [0, high)."""
         if len(self.each) == 1:
             return self.each[0].integers(high, size=size)

@@ -1,7 +1,9 @@
-"""What an iteration hands to the next: the standing world, the truth, and what the robots believe.
+"""What an iteration hands to the next: the standing worlds, the truth, and what the robots believe.
 
-A belief has a part for each owner: the stage of the loop that makes it. A stage takes the parts that
-it reads and returns the one that it owns, so who may change what is read off the signatures.
+Robots of all worlds of a batch are rows (`wifipgo.rows`); a pair table is rows x peers, a peer being a
+number within its own world. A belief has a part for each owner: the stage of the loop that makes it. A stage
+takes the parts that it reads and returns the one that it owns, so who may change what is read off the
+signatures.
 """
 
 from typing import NamedTuple
@@ -17,6 +19,7 @@ from wifipgo.graph.smoother_updates import Smoothing
 from wifipgo.radio.channel.impairments import EpisodeImpairments
 from wifipgo.radio.propagation.surfaces import Surfaces
 from wifipgo.rendezvous import Calls
+from wifipgo.rows import Rows
 from wifipgo.world.arena import Arena
 from wifipgo.world.coverage import CellMap
 from wifipgo.world.coverage_belief import CoverageBelief
@@ -38,10 +41,11 @@ class Scene(NamedTuple):
 
 
 class World(NamedTuple):
-    """What stands still during an episode, and the engines that are caches of its ticks.
+    """What stands still during an episode of some worlds, and the engines that are caches of its ticks.
 
     Attributes:
-        layout: Walls, obstacles and starts.
+        rows: Which rows belong to which world.
+        layouts: Walls, obstacles and starts, one a world.
         scene: What of them stands where.
         arena: The physics engine; it starts every drive from the tick.
         standing: What is wrong with the radio in this episode.
@@ -49,11 +53,18 @@ class World(NamedTuple):
             tick.
     """
 
-    layout: Layout
+    rows: Rows
+    layouts: tuple[Layout, ...]
     scene: Scene
     arena: Arena
     standing: EpisodeImpairments
     smoothers: PerRobotSmoothers | None = None
+
+    @property
+    def layout(self) -> Layout:
+        """The layout where there is one world."""
+        (only,) = self.layouts
+        return only
 
 
 class Commands(NamedTuple):
@@ -115,16 +126,16 @@ class RadioBelief(NamedTuple):
     """Links and directions of this iteration.
 
     Attributes:
-        esnr_db: Effective SNR of each link.
+        esnr_db: Effective SNR of each link, by row and peer.
         rate_mbit_s: rho_ij of Eq. 1.
         discrepancy: w_ij of Eq. 1.
-        slots: Neighbours that each robot listens to, `NOBODY` where empty.
+        slots: Peers that each robot listens to, `NOBODY` where empty.
         profile: AOA profile of each slot in the body frame, zeros where empty.
     """
 
-    esnr_db: Float[np.ndarray, "robots robots"]
-    rate_mbit_s: Float[np.ndarray, "robots robots"]
-    discrepancy: Float[np.ndarray, "robots robots"]
+    esnr_db: Float[np.ndarray, "robots peers"]
+    rate_mbit_s: Float[np.ndarray, "robots peers"]
+    discrepancy: Float[np.ndarray, "robots peers"]
     slots: Int[np.ndarray, "robots slots"]
     profile: Float[np.ndarray, "robots slots grid"]
 
@@ -149,16 +160,16 @@ class Team(NamedTuple):
         observed: Relative poses of each other that pairs took since they last met.
         held: How many poses of robot j, with the measurements at them, robot i was sent so far.
         last_met: Iteration of each robot's last rendezvous; 0 before the first.
-        met: Groups that met in this iteration.
-        bytes_sent: Over the links, so far.
+        met: Groups of rows that met in this iteration.
+        bytes_sent: Over the links of each world, so far.
     """
 
     calls: Calls
-    observed: Int[np.ndarray, "robots robots"]
-    held: Int[np.ndarray, "robots robots"]
+    observed: Int[np.ndarray, "robots peers"]
+    held: Int[np.ndarray, "robots peers"]
     last_met: Int[np.ndarray, " robots"]
     met: tuple[tuple[int, ...], ...]
-    bytes_sent: int
+    bytes_sent: Int[np.ndarray, " worlds"]
 
 
 class Belief(NamedTuple):

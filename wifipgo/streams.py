@@ -1,45 +1,61 @@
-"""One random stream per cause of chance, so that causes do not disturb each other.
+"""One random stream per cause of chance and world, so that causes and worlds do not disturb each other.
 
-Two policies that run on one seed meet the same world and the same noise, whatever
-they do: every comparison is paired.
+Two policies that run on one seed meet the same world and the same noise, whatever they do: every
+comparison is paired. A world of a batch draws what it would draw alone.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from wifipgo.rows import Generators
+
 
 class Streams(NamedTuple):
-    """One generator per cause of chance.
+    """Generators per cause of chance, one a world.
 
     A new field goes last: the streams before it then keep their numbers.
     """
 
-    layout: np.random.Generator
-    odometry: np.random.Generator
-    sensing: np.random.Generator
-    channel: np.random.Generator
-    outliers: np.random.Generator
-    standing: np.random.Generator  # of what a radio keeps for a whole episode
-    messages: np.random.Generator  # that the distributed solution loses
-    sight: np.random.Generator  # of cameras
+    layout: Generators
+    odometry: Generators
+    sensing: Generators
+    channel: Generators
+    outliers: Generators
+    standing: Generators  # of what a radio keeps for a whole episode
+    messages: Generators  # that the distributed solution loses
+    sight: Generators  # of cameras
 
     @classmethod
     def for_episode(cls, entropy: int, episode: int) -> "Streams":
-        """Key each stream by (episode, place) under one root ``entropy``."""
-        keys = [(episode, place) for place in range(len(cls._fields))]
-        seeds = [np.random.SeedSequence(entropy, spawn_key=key) for key in keys]
-        return cls(*map(np.random.default_rng, seeds))
-
-    def states(self) -> tuple[dict[str, Any], ...]:
-        """Where each generator stands."""
-        return tuple(dict(stream.bit_generator.state) for stream in self)
+        """Streams of one world: each keyed by (episode, place) under one root ``entropy``."""
+        return cls.for_episodes([(entropy, episode)])
 
     @classmethod
-    def from_states(cls, states: Iterable[Mapping[str, Any]]) -> "Streams":
+    def for_episodes(cls, seeds: Sequence[tuple[int, int]]) -> "Streams":
+        """Streams of several worlds, each keyed by its own root and episode."""
+        return cls(
+            *(Generators([_keyed(*seed, place) for seed in seeds]) for place in range(len(cls._fields)))
+        )
+
+    @property
+    def n_worlds(self) -> int:
+        """Worlds that draw."""
+        return len(self.layout.each)
+
+    def states(self) -> tuple[tuple[dict[str, Any], ...], ...]:
+        """Where each generator stands, by cause and world."""
+        return tuple(tuple(dict(one.bit_generator.state) for one in stream.each) for stream in self)
+
+    @classmethod
+    def from_states(cls, states: Iterable[Iterable[Mapping[str, Any]]]) -> "Streams":
         """Generators that stand where others stood."""
-        return cls(*map(_standing_at, states))
+        return cls(*(Generators(list(map(_standing_at, each))) for each in states))
+
+
+def _keyed(entropy: int, episode: int, place: int) -> np.random.Generator:
+    return np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(episode, place)))
 
 
 def _standing_at(state: Mapping[str, Any]) -> np.random.Generator:

@@ -180,6 +180,6 @@ def _figures(steps: Steps, end: Tick, n_meetings: int, scenario: Scenario) -> di
         "coverage": float(truth.cells.share[0]),
         "bumps": int(truth.collisions.sum()),
         "distance_m": float(truth.distance_m.sum()),
-        "bytes_sent": belief.team.bytes_sent,
+        "bytes_sent": int(belief.team.bytes_sent.sum()),
         "n_steps": belief.t,
     }

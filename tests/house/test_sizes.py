@@ -23,6 +23,7 @@ EXCEPTED = {
         "benchmarks/_naive_env.py:NaiveEnv": "a yardstick for speed, written as such environments are",
         "benchmarks/real_csi.py:Row": "a row of a table: an attribute is a column",
         "envs/_rendezvous.py:RendezvousEnv": "PettingZoo and gymnasium ask for ten of them by name",
+        "envs/_vector.py:RendezvousVectorEnv": "what adapters to frameworks ask for by name",
         "envs/render/scene.py:Scene": "what a picture shows, flat, so that it is a function of this alone",
         "wifipgo/graph/solvers/_linearised.py:Squares": "arrays of one length that are sliced together",
         "wifipgo/graph/solvers/_problem.py:Problem": "a problem for solvers of both kinds",

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import envs._episode
+import envs._playing
 import envs._rendezvous
 from envs._episode import Episode
 from envs.rendezvous_v0 import RendezvousEnv, parallel_env
@@ -35,10 +36,10 @@ LOOP = (
 STAGES: list[tuple[Any, str]] = [
     *((iteration, name) for name in LOOP),
     (envs._episode, "_updated_map"),
-    (envs._rendezvous, "Outcome"),
+    (envs._playing, "Outcome"),
     (Arena, "drive"),
     (RendezvousEnv, "_seen_and_said"),
-    (envs._rendezvous, "infos"),
+    (envs._rendezvous, "infos_by_agent"),
 ]
 
 
@@ -126,7 +127,11 @@ def test_a_reset_that_fails_leaves_the_episode_before() -> None:
     env, undisturbed = made("gated"), made("gated")
     for one in (env, undisturbed):
         one.reset(seed=3)
-    for stage in [(iteration, "sense"), (RendezvousEnv, "_seen_and_said"), (envs._rendezvous, "infos")]:
+    for stage in [
+        (iteration, "sense"),
+        (RendezvousEnv, "_seen_and_said"),
+        (envs._rendezvous, "infos_by_agent"),
+    ]:
         with pytest.raises(RuntimeError), broken(*stage):
             env.reset(seed=4)
         with pytest.raises(RuntimeError), broken(*stage):
@@ -142,7 +147,7 @@ def test_one_episode_advanced_twice_gives_one_answer(variant: str) -> None:
     scenario = scenario_named("paper-sim-2", **CROWD, **VARIANTS[variant])
     rng = np.random.default_rng(2)
     ways = [Commands(rng.uniform(-1.0, 1.0, (3, 2)), np.ones(3, dtype=bool)) for _ in range(4)]
-    ahead = [Episode.begun(scenario, (5, 0))]
+    ahead = [Episode.begun(scenario, [(5, 0)])]
     for way in ways:
         ahead.append(ahead[-1].advanced(way))
     for now, way, after in zip(ahead[:-1], ways, ahead[1:], strict=True):

@@ -149,7 +149,7 @@ def snapshot_of(scenario: str = "paper-hw-2", **overrides: Any) -> EpisodeSnapsh
         (lambda: 3, "snapshot must be .* got int"),
         (lambda: snapshot_of("paper-sim-2"), "snapshot.scenario.name must be that of the environment"),
         (lambda: snapshot_of(n_steps=7), "snapshot.scenario.n_steps must be .* 50, got 7"),
-        (lambda: replace(snapshot_of(), format=0), "snapshot.format must be 1, that of this version, got 0"),
+        (lambda: replace(snapshot_of(), format=0), "snapshot.format must be 2, that of this version, got 0"),
         (lambda: replace(snapshot_of(), blocks=(("own/err", 2),)), "snapshot.blocks must be"),
     ],
 )

@@ -17,6 +17,7 @@ from wifipgo.radio.channel.impairments import EpisodeImpairments
 from wifipgo.radio.links import Links
 from wifipgo.radio.turn_profiles import listen
 from wifipgo.rendezvous import NOBODY, Calls, choose_slots
+from wifipgo.rows import Chance
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Paths
 from wifipgo.world.sensing import RelativePoses, indices
@@ -53,7 +54,7 @@ def listen_to_team(
     standing: EpisodeImpairments,
     *,
     scenario: Scenario,
-    rng: np.random.Generator,
+    rng: Chance,
 ) -> Heard:
     """Profiles of every slot, and of every robot in view where they guard against outliers."""
     n, cfg = len(yaw_rad), scenario.graph
@@ -80,7 +81,7 @@ def _profiles(
     standing: EpisodeImpairments,
     *,
     scenario: Scenario,
-    rng: np.random.Generator,
+    rng: Chance,
 ) -> Float[np.ndarray, "links grid"]:
     """One profile for each link, in one product for each kind of antennas that a receiver carries."""
     hear = functools.partial(listen, links, yaw_rad=yaw_rad, rng=rng, standing=standing)

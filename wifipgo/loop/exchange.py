@@ -76,7 +76,7 @@ def exchange(
     meetings = _meet(paths, log, team, groups, cfg=scenario.graph, chances=_chances(rng, groups, rows))
     world = rows.world(np.array([group[0] for group in groups]))
     sent = np.bincount(world, meetings.bytes_sent, minlength=rows.n_worlds).astype(np.int64)
-    team = team._replace(bytes_sent=team.bytes_sent + int(sent.sum()))
+    team = team._replace(bytes_sent=team.bytes_sent + sent)
     served = [group for group, known in zip(groups, meetings.served, strict=True) if known]
     return meetings.paths, log._replace(edges=meetings.edges), _met(team, served, paths.t)
 

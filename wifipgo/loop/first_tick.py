@@ -14,6 +14,7 @@ from wifipgo.loop.scene import first_scene
 from wifipgo.loop.uncertainty import first_coverage
 from wifipgo.radio.channel.impairments import draw_episode_impairments
 from wifipgo.rendezvous import NOBODY, no_calls
+from wifipgo.rows import Rows
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Belief, MeasurementLog, Paths, RadioBelief, Sensed, Team, Tick, Truth, World
 from wifipgo.streams import Streams
@@ -28,16 +29,19 @@ from wifipgo.world.placing import random_layout
 @one_thread
 @plain_arithmetic
 def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
-    """Lay out a world and let every robot sense once from its start, which it knows."""
-    layout = random_layout(scenario.n_robots, scenario.arena, rng=streams.layout)
-    world = _world(layout, scenario, streams)
-    truth = _first_truth(layout, world, scenario)
-    belief = _first_belief(layout.starts, scenario)
+    """Lay out worlds, one for each that draws; every robot senses once from its start, which it knows."""
+    n, arena = scenario.n_robots, scenario.arena
+    layouts = tuple(random_layout(n, arena, rng=rng) for rng in streams.layout.each)
+    world = _world(layouts, scenario, streams)
+    truth = _first_truth(world, scenario)
+    belief = _first_belief(world, scenario)
     return world, observe(truth, belief, Edges.empty(), world=world, scenario=scenario, streams=streams)
 
 
-def _world(layout: Layout, scenario: Scenario, streams: Streams) -> World:
+def _world(layouts: tuple[Layout, ...], scenario: Scenario, streams: Streams) -> World:
     """What stands still, and the engines."""
+    rows = Rows(len(layouts), scenario.n_robots)
+    (layout,) = layouts
     standing = draw_episode_impairments(
         scenario.impairments,
         n_robots=scenario.n_robots,
@@ -47,55 +51,60 @@ def _world(layout: Layout, scenario: Scenario, streams: Streams) -> World:
     )
     arena = Arena(layout, scenario.arena, turn_rad=scenario.turn.turn_rad)
     smoothers = PerRobotSmoothers(scenario.graph) if scenario.graph.incremental else None
-    return World(layout, first_scene(layout, scenario), arena, standing, smoothers)
+    return World(rows, layouts, first_scene(layouts, scenario), arena, standing, smoothers)
 
 
-def _first_truth(layout: Layout, world: World, scenario: Scenario) -> Truth:
+def _starts(world: World) -> Float[np.ndarray, "robots 3"]:
+    """Where the robots of all worlds start."""
+    return np.concatenate([layout.starts for layout in world.layouts])
+
+
+def _first_truth(world: World, scenario: Scenario) -> Truth:
     """Robots at their starts, and what they see from there."""
-    n, size_m = scenario.n_robots, scenario.arena.size_m
+    n, size_m, starts = len(world.rows), scenario.arena.size_m, _starts(world)
     cells = reveal(
-        empty_map([layout], size_m),
-        layout.starts[:, :2],
+        empty_map(world.layouts, size_m),
+        starts[:, :2],
         world.scene.faces_m,
         range_m=scenario.sensing.sensor_range_m,
     )
     return Truth(
-        poses=layout.starts[:, None], collisions=np.zeros(n, dtype=int), distance_m=np.zeros(n), cells=cells
+        poses=starts[:, None], collisions=np.zeros(n, dtype=int), distance_m=np.zeros(n), cells=cells
     )
 
 
-def _first_belief(starts: Float[np.ndarray, "robots 3"], scenario: Scenario) -> Belief:
+def _first_belief(world: World, scenario: Scenario) -> Belief:
     """Every robot knows its start and nothing else."""
-    n = scenario.n_robots
+    n, starts = len(world.rows), _starts(world)
     certain = np.zeros((n, 1, 3, 3))
     return Belief(
         paths=Paths(starts[:, None], certain[:, 0], certain, certain, no_smoothing(n)),
         log=MeasurementLog(Edges.empty(), Bearings.empty(scenario.turn.n_peaks), NO_PINGS),
-        radio=_silence(scenario),
+        radio=_silence(world.rows, scenario),
         sensed=Sensed(np.zeros((n, N_LIDAR_RAYS)), np.zeros((n, 2))),
-        team=_strangers(scenario),
+        team=_strangers(world.rows, scenario),
         coverage=first_coverage(starts, scenario),
         err=np.zeros(n),
     )
 
 
-def _silence(scenario: Scenario) -> RadioBelief:
+def _silence(rows: Rows, scenario: Scenario) -> RadioBelief:
     """Nothing was heard."""
-    n, slots = scenario.n_robots, scenario.n_slots
-    nothing = np.zeros((n, n))
+    n, slots = len(rows), scenario.n_slots
+    nothing = np.zeros((n, rows.n_robots))
     profile = np.zeros((n, slots, scenario.turn.n_azimuths), dtype=np.float32)
     return RadioBelief(nothing, nothing, nothing, np.full((n, slots), NOBODY), profile)
 
 
-def _strangers(scenario: Scenario) -> Team:
+def _strangers(rows: Rows, scenario: Scenario) -> Team:
     """Nobody calls, met or told anybody."""
-    n = scenario.n_robots
-    never = np.zeros((n, n), dtype=int)
+    n = len(rows)
+    never = np.zeros((n, rows.n_robots), dtype=int)
     return Team(
         calls=no_calls(n, scenario.link),
         observed=never,
         held=never,
         last_met=np.zeros(n, dtype=int),
         met=(),
-        bytes_sent=0,
+        bytes_sent=np.zeros(rows.n_worlds, dtype=int),
     )

@@ -4,14 +4,14 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from wifipgo.graph.anchor_bearings import extended_pings
 from wifipgo.graph.bearings import extended_bearings
 from wifipgo.graph.edges import Edges, extended
 from wifipgo.loop.aoa_measurements import Heard, bearings_of, pings_of, weights_of
 from wifipgo.loop.exchange import BYTES_PER_PING, BYTES_PER_POSE
-from wifipgo.rows import Chance
+from wifipgo.rows import Chance, Rows
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Belief, MeasurementLog, Paths, Scene, Sensed, Truth
 from wifipgo.streams import Streams
@@ -57,13 +57,14 @@ def measure_relative_poses(
 
 def log_measurements(
     belief: Belief, odometry: Edges, measured: Measured, heard: Heard, scenario: Scenario
-) -> tuple[MeasurementLog, int]:
+) -> tuple[MeasurementLog, Int[np.ndarray, " worlds"] | int]:
     """Append an iteration's measurements, those of robots weighted if the scenario asks for it.
 
     Returns:
-        The longer log, and the bytes that packets of a turn took.
+        The longer log, and the bytes that packets of a turn took in each world.
     """
     log, (others, places) = belief.log, measured
+    rows = Rows.of(len(belief.err), scenario.n_robots)
     found = [odometry]
     if len(others.z):
         found.append(_between_robots(others, belief.paths, weights_of(others, heard, scenario)))
@@ -75,7 +76,7 @@ def log_measurements(
         bearings=extended_bearings(log.bearings, directions) if len(directions) else log.bearings,
         pings=extended_pings(log.pings, pings),
     )
-    return longer, BYTES_PER_PING * len(pings.observer) * scenario.turn.n_positions
+    return longer, BYTES_PER_PING * scenario.turn.n_positions * rows.counts(pings.observer[:, 0])
 
 
 def _between_robots(others: RelativePoses, paths: Paths, weight: Float[np.ndarray, " edges"]) -> Edges:
@@ -93,21 +94,22 @@ def _between_robots(others: RelativePoses, paths: Paths, weight: Float[np.ndarra
 def refresh_reported_where_linked(
     log: MeasurementLog,
     estimate: Float[np.ndarray, "robots times 3"],
-    linked: Bool[np.ndarray, "robots robots"],
-) -> tuple[MeasurementLog, int]:
+    linked: Bool[np.ndarray, "robots peers"],
+) -> tuple[MeasurementLog, Int[np.ndarray, " worlds"] | int]:
     """Let robots whose link carries the desired rate report where they now think they were.
 
     Returns:
-        The log, and the bytes that this took: only what changed is sent.
+        The log, and the bytes that this took in each world: only what changed is sent.
     """
-    edges = log.edges
-    rows = linked.take(edges.tail[:, 0] * len(linked) + edges.head[:, 0]).nonzero()[0]
-    if not len(rows):
+    edges, rows = log.edges, Rows.of(len(linked), linked.shape[1])
+    tail, peer = edges.tail[:, 0], rows.peer(edges.head[:, 0])
+    there = linked.take(tail * linked.shape[1] + peer).nonzero()[0]
+    if not len(there):
         return log, 0
-    now = estimate[edges.head[rows, 0], edges.head[rows, 1]]
-    new = (now != edges.reported_pose[rows]).any(axis=1)
+    now = estimate[edges.head[there, 0], edges.head[there, 1]]
+    new = (now != edges.reported_pose[there]).any(axis=1)
     if not new.any():
         return log, 0
-    told = edges.reported_pose.copy()
-    told[rows[new]] = now[new]
-    return log._replace(edges=replace(edges, reported_pose=told)), BYTES_PER_POSE * int(new.sum())
+    told, changed = edges.reported_pose.copy(), there[new]
+    told[changed] = now[new]
+    return log._replace(edges=replace(edges, reported_pose=told)), BYTES_PER_POSE * rows.counts(tail[changed])

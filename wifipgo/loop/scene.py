@@ -1,5 +1,7 @@
 """What stands where now, as sensors, engine and radio each look at it."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from wifipgo.radio.propagation.materials import Slab
@@ -9,9 +11,11 @@ from wifipgo.state import Scene, Truth, World
 from wifipgo.world.layout import Layout, padded
 
 
-def first_scene(layout: Layout, scenario: Scenario) -> Scene:
-    """The scene of a layout."""
-    cfg, faces_m = scenario.arena, layout.faces_m
+def first_scene(layouts: Sequence[Layout], scenario: Scenario) -> Scene:
+    """The scene of some layouts, one a world."""
+    cfg, layout = scenario.arena, layouts[0]
+    faces_m = [one.faces_m for one in layouts]
+    edges_m = [np.concatenate([one.walls_m, own]) for one, own in zip(layouts, faces_m, strict=True)]
     surfaces = surfaces_of(
         layout.walls_m,
         layout.obstacles_m,
@@ -19,7 +23,7 @@ def first_scene(layout: Layout, scenario: Scenario) -> Scene:
         wall=Slab(cfg.wall_material, cfg.wall_thickness_m),
         obstacle=Slab(cfg.obstacle_material, cfg.obstacle_thickness_m),
     )
-    return Scene(padded([faces_m]), padded([np.concatenate([layout.walls_m, faces_m])]), surfaces)
+    return Scene(padded(faces_m), padded(edges_m), surfaces)
 
 
 def scene_of(world: World, truth: Truth) -> Scene:

@@ -13,6 +13,7 @@ from wifipgo.graph.covariance import (
     smaller_covariance,
 )
 from wifipgo.graph.edges import Edges
+from wifipgo.rows import Rows
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Belief, Paths
 from wifipgo.world.coverage import TOLERANCE_M
@@ -39,25 +40,32 @@ def propagate_uncertainty(before: Belief, after: Belief, scenario: Scenario) -> 
         scenario: Noise and ranges as the robots know them.
     """
     met = after.team.met
-    solved = _solved(met, scenario)
+    solved = _solved(met, len(after.err), scenario)
     paths = _with_loop_closures(after.paths, after.log.edges, scenario)
     paths = _known_at_both_ends(paths, solved, scenario) if len(solved) else paths
     old = before.paths.estimate
     moved = (old != paths.estimate[:, : old.shape[1]]).reshape(len(old), -1).any(axis=1)
     moved[solved] = True
     coverage = _covered(after.coverage, paths, moved, scenario)
-    n_bytes = after.team.bytes_sent
+    if not met:
+        return after._replace(paths=paths, coverage=coverage)
+    bytes_sent = after.team.bytes_sent.copy()
     for group in met:
         coverage = _shared(coverage, group)
-        n_bytes += BYTES_PER_COVERAGE * len(group) * (len(group) - 1)
-    return after._replace(paths=paths, coverage=coverage, team=after.team._replace(bytes_sent=n_bytes))
+        bytes_sent[group[0] // scenario.n_robots] += BYTES_PER_COVERAGE * len(group) * (len(group) - 1)
+    return after._replace(paths=paths, coverage=coverage, team=after.team._replace(bytes_sent=bytes_sent))
 
 
-def _solved(met: Sequence[Sequence[int]], scenario: Scenario) -> Int[np.ndarray, " solved"]:
+def _solved(met: Sequence[Sequence[int]], n_rows: int, scenario: Scenario) -> Int[np.ndarray, " solved"]:
     """Robots whose poses were optimised in this iteration."""
-    if scenario.graph.estimator != "at_rendezvous":
-        return np.arange(scenario.n_robots)
+    if scenario.graph.incremental:
+        return np.arange(n_rows)
     return np.array([robot for group in met for robot in group], dtype=np.int64)
+
+
+def stated_sigmas(scenario: Scenario, n_rows: int) -> Float[np.ndarray, "robots 2"]:
+    """What the robots of all worlds take the standard deviations of their sensors to be."""
+    return Rows.of(n_rows, scenario.n_robots).tiled(scenario.sensing.stated_sigmas(scenario.n_robots))
 
 
 def _reach_m(scenario: Scenario) -> float:
@@ -66,10 +74,10 @@ def _reach_m(scenario: Scenario) -> float:
 
 def _with_loop_closures(paths: Paths, edges: Edges, scenario: Scenario) -> Paths:
     """Places measured again: what an optimisation would make of them."""
-    t, sigma = paths.t, scenario.sensing.stated_sigmas(scenario.n_robots)
-    robot, then = loop_closures_at(edges, t)
+    t, (robot, then) = paths.t, loop_closures_at(edges, paths.t)
     if not len(robot):
         return paths
+    sigma = stated_sigmas(scenario, len(paths.estimate))
     predicted = paths.predicted_covariance.copy()
     back_m = paths.estimate[robot, t, :2] - paths.estimate[robot, then, :2]
     again = covariance_after_closure(predicted[robot, then], back_m, sigma[robot])
@@ -79,7 +87,7 @@ def _with_loop_closures(paths: Paths, edges: Edges, scenario: Scenario) -> Paths
 
 def _known_at_both_ends(paths: Paths, solved: Int[np.ndarray, " solved"], scenario: Scenario) -> Paths:
     """Poses that were optimised are known from start and end: take the tighter, pose by pose."""
-    sigma = scenario.sensing.stated_sigmas(scenario.n_robots)[solved]
+    sigma = stated_sigmas(scenario, len(paths.estimate))[solved]
     back = propagate_backwards(paths.covariance[solved], paths.estimate[solved, :, :2], sigma)
     tight = smaller_covariance(paths.predicted_covariance[solved], back, reach_m=_reach_m(scenario))
     tight[:, -1] = paths.covariance[solved]

@@ -17,6 +17,7 @@ from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.impairments import EpisodeImpairments, ImpairmentConfig, true_headings
 from wifipgo.radio.links import Links
 from wifipgo.radio.propagation.paths import Paths
+from wifipgo.rows import Chance
 
 Antennas = tuple[Sequence[float], ...]
 
@@ -111,7 +112,7 @@ def listen(
     *,
     radio: RadioConfig,
     turn: AoaConfig,
-    rng: np.random.Generator,
+    rng: Chance,
     standing: EpisodeImpairments | None = None,
 ) -> Float[np.ndarray, "links grid"]:
     """Profiles of chosen links from the packets that arrive while the receivers turn.

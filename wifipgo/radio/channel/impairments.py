@@ -15,6 +15,7 @@ from jaxtyping import Float
 
 from wifipgo.errors import require_within
 from wifipgo.radio.propagation.diffuse_scattering import Diffuse, draw_diffuse
+from wifipgo.rows import Chance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,7 +85,7 @@ class EpisodeImpairments(NamedTuple):
 
 
 def draw_episode_impairments(
-    cfg: ImpairmentConfig, *, n_robots: int, n_antennas: int, size_m: float, rng: np.random.Generator
+    cfg: ImpairmentConfig, *, n_robots: int, n_antennas: int, size_m: float, rng: Chance
 ) -> EpisodeImpairments:
     """Draw what holds for a whole episode in a room of ``size_m`` x ``size_m``."""
     chain_rad = cfg.chain_phase_rad * rng.standard_normal((n_robots, n_antennas))
@@ -98,7 +99,7 @@ def draw_episode_impairments(
 
 
 def true_headings(
-    heading_rad: Float[np.ndarray, "links positions"], cfg: ImpairmentConfig, *, rng: np.random.Generator
+    heading_rad: Float[np.ndarray, "links positions"], cfg: ImpairmentConfig, *, rng: Chance
 ) -> Float[np.ndarray, "links positions"]:
     """Where the receiver really looks when it believes ``heading_rad``."""
     true_rad = heading_rad + cfg.heading_bias_rad

@@ -16,6 +16,7 @@ from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import require
 from wifipgo.radio.channel.bands import SUBCARRIER_SPACING_HZ, band_of
 from wifipgo.radio.channel.impairments import ImpairmentConfig
+from wifipgo.rows import Chance
 
 # Largest I or Q of a report of signed bytes.
 FULL_SCALE = 127
@@ -41,9 +42,7 @@ def _noise_table() -> Complex[np.ndarray, " samples"]:
 
 
 @harmless_underflow
-def white_noise(
-    shape: tuple[int, ...], *, amplitude: float = 1.0, rng: np.random.Generator
-) -> Complex[np.ndarray, "..."]:
+def white_noise(shape: tuple[int, ...], *, amplitude: float = 1.0, rng: Chance) -> Complex[np.ndarray, "..."]:
     """Complex white noise of power ``amplitude^2``, a block per first index, cut from a table at random.
 
     Drawing every sample afresh would cost more than the rest of a step. The offsets are
@@ -97,7 +96,7 @@ def received_csi(
     channel: Complex[np.ndarray, "links antennas positions subcarriers"],
     *,
     snr_scale: float,
-    rng: np.random.Generator,
+    rng: Chance,
     cfg: ImpairmentConfig | None = None,
     chain_rad: Float[np.ndarray, "links antennas"] | None = None,
     bandwidth_hz: float = 20e6,
@@ -137,7 +136,7 @@ def received_csi(
 def _noisy(
     channel: Complex[np.ndarray, "links antennas positions subcarriers"],
     snr_scale: float,
-    rng: np.random.Generator,
+    rng: Chance,
 ) -> Complex[np.ndarray, "links antennas positions subcarriers"]:
     """The channel in thermal noise."""
     noise = white_noise(channel.shape, amplitude=float(1.0 / np.sqrt(snr_scale)), rng=rng)

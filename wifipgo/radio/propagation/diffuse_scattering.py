@@ -14,6 +14,7 @@ from jaxtyping import Complex, Float
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.radio.propagation.materials import SPEED_OF_LIGHT_M_S
 from wifipgo.radio.propagation.paths import Paths
+from wifipgo.rows import Chance
 from wifipgo.se2 import wrap_angle
 
 # Paths that only a scatterer explains, in the column `Paths.order`.
@@ -37,7 +38,7 @@ class Diffuse(NamedTuple):
     spread_rad: float
 
 
-def draw_diffuse(*, ratio: float, spread_rad: float, size_m: float, rng: np.random.Generator) -> Diffuse:
+def draw_diffuse(*, ratio: float, spread_rad: float, size_m: float, rng: Chance) -> Diffuse:
     """Scatterers anywhere in a square room with a corner at the origin, circular normal."""
     at_m = rng.uniform(0.0, size_m, (N_SCATTERERS, 2))
     parts = rng.standard_normal((2, N_SCATTERERS))
