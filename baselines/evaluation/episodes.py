@@ -1,4 +1,4 @@
-"""Run one policy on one seed, and keep what happened."""
+"""Run one policy on some seeds, all at once, and keep what happened."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Shaped
+from jaxtyping import Float
 
-from baselines.policies import Oracle, Policy, make_policy
-from envs.rendezvous_v0 import parallel_env
+from baselines.evaluation.recording import Now, Recording, Steps
+from baselines.policies import Oracle, Policy, TeamsPolicy, for_teams, make_policy
+from envs.rendezvous_v0 import RendezvousVectorEnv, vector_env
 from wifipgo.files.atomic_files import write_sealed
 from wifipgo.files.npz_files import read_sealed_npz
-from wifipgo.graph.metrics import ate_rot, ate_trans
-from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
 from wifipgo.threads import one_thread
@@ -23,7 +22,6 @@ from wifipgo.threads import one_thread
 LAST = 10
 
 OnTick = Callable[[Tick, World], None]
-Steps = Mapping[str, Shaped[np.ndarray, "iterations robots"]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,8 +54,7 @@ class Episode:
 
     def save(self, path: Path) -> None:
         """Write to a file that is there whole or not at all."""
-        arrays = {f"steps/{name}": column for name, column in self.steps.items()}
-        arrays |= {name: getattr(self, name) for name in _ARRAYS}
+        arrays = {name: getattr(self, name) for name in _ARRAYS} | {"steps": _packed(self.steps)}
         arrays |= {f"obstacle/{k}": corners for k, corners in enumerate(self.obstacles_m)}
         scalars = {name: getattr(self, name) for name in _SCALARS}
         np.savez(buffer := BytesIO(), allow_pickle=False, scalars=np.array(json.dumps(scalars)), **arrays)
@@ -71,10 +68,11 @@ class Episode:
             BadInputError: The file was damaged; names it.
         """
         arrays: dict[str, Any] = read_sealed_npz(path)
+        steps = arrays["steps"]
         return cls(
             **json.loads(str(arrays.pop("scalars"))),
             **{name: arrays[name] for name in _ARRAYS},
-            steps={name[6:]: arrays[name] for name in arrays if name.startswith("steps/")},
+            steps={name: np.ascontiguousarray(steps[name]) for name in steps.dtype.names},
             obstacles_m=tuple(arrays[name] for name in arrays if name.startswith("obstacle/")),
         )
 
@@ -88,10 +86,9 @@ def trial_seed(seed: int, trial: int) -> int:
     return int(np.random.SeedSequence([seed, trial]).generate_state(1)[0])
 
 
-@one_thread
 def run_episode(
     scenario: str | Scenario,
-    policy: str | Policy,
+    policy: str | Policy | TeamsPolicy,
     seed: int,
     *,
     trial: int = 0,
@@ -109,77 +106,138 @@ def run_episode(
     Raises:
         ValueError: Unknown scenario, policy or parameter.
     """
-    env = parallel_env(scenario=scenario)
-    driver = make_policy(policy, env.scenario) if isinstance(policy, str) else policy
-    driver.reset(seed)
-    observations, _ = env.reset(seed=seed)
-    rows: list[dict[str, np.ndarray]] = []
-    meetings: list[np.ndarray] = []
     look = on_tick or _look_away
-    look(env.tick, env.world)
-    while env.agents:
+    return _run(
+        scenario, policy, [seed], trials=[trial], look=lambda env: look(env.tick_of(0), env.world_of(0))
+    )[0]
+
+
+def run_episodes(
+    scenario: str | Scenario,
+    policy: str | Policy | TeamsPolicy,
+    seeds: Sequence[int],
+    *,
+    trials: Sequence[int] | None = None,
+) -> list[Episode]:
+    """Run one policy in many worlds at once; each episode is what `run_episode` makes of its seed.
+
+    Args:
+        scenario: Name or value.
+        policy: As for `run_episode`. One that knows one team only plays one world after the other.
+        seeds: Of each world.
+        trials: Numbers to file the episodes under; without them those of the places.
+
+    Raises:
+        ValueError: Unknown scenario, policy or parameter.
+    """
+    numbers = range(len(seeds)) if trials is None else trials
+    if isinstance(policy, str | TeamsPolicy):
+        return _run(scenario, policy, seeds, trials=numbers, look=_look_away)
+    return [run_episode(scenario, policy, s, trial=k) for s, k in zip(seeds, numbers, strict=True)]
+
+
+@one_thread
+def _run(
+    scenario: str | Scenario,
+    policy: str | Policy | TeamsPolicy,
+    seeds: Sequence[int],
+    *,
+    trials: Sequence[int],
+    look: Callable[[RendezvousVectorEnv], None],
+) -> list[Episode]:
+    """Play all worlds to their ends, and put the episodes together."""
+    env = vector_env(scenario, n_worlds=len(seeds))
+    driver = for_teams(make_policy(policy, env.scenario) if isinstance(policy, str) else policy)
+    recording = play(env, driver, seeds, look=look)
+    name = policy if isinstance(policy, str) else type(policy).__name__
+    return [
+        _episode(env, recording, k, policy=name, trial=trial, seed=seed)
+        for k, (trial, seed) in enumerate(zip(trials, seeds, strict=True))
+    ]
+
+
+def play(
+    env: RendezvousVectorEnv,
+    driver: TeamsPolicy,
+    seeds: Sequence[int],
+    *,
+    look: Callable[[RendezvousVectorEnv], None],
+) -> Recording:
+    """Play every world to its end.
+
+    Args:
+        env: The worlds; they stand at their ends afterwards.
+        driver: Drives their teams.
+        seeds: Of each world.
+        look: Called at the start and after each iteration.
+    """
+    driver.reset_rows(seeds)
+    observations, _ = env.reset(seed=list(seeds))
+    recording, now = Recording(env.n_worlds, env.scenario.n_steps), Now.of(env)
+    look(env)
+    while (live := ~env.over).any():
         if isinstance(driver, Oracle):
-            driver.see_truth(env.tick.truth.poses[:, -1])
-        observations, *_, infos = env.step(driver.act(observations))
-        rows.append(_row(env.tick, [info["mapped_share_truth"] for info in infos.values()]))
-        meetings += _meetings(env.tick)
-        look(env.tick, env.world)
-    steps = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
-    return Episode(
-        policy=policy if isinstance(policy, str) else type(policy).__name__,
-        trial=trial,
-        seed=seed,
-        figures=_figures(steps, env.tick, len(meetings), env.scenario),
-        steps=steps,
-        meetings=np.stack(meetings) if meetings else np.zeros((0, 3)),
-        reference=env.tick.truth.poses,
-        estimate=env.tick.belief.paths.estimate,
-        walls_m=env.world.layout.walls_m,
-        obstacles_m=tuple(env.world.layout.obstacles_m),
-    )
+            driver.see_truth(now.true)
+        observations, *_, infos = env.step(driver.act_rows(observations))
+        now = Now.of(env)
+        recording.add(now, infos, live)
+        look(env)
+    return recording
 
 
-def _look_away(tick: Tick, world: World) -> None:
+def _look_away(*_: object) -> None:
     """Nobody watches."""
 
 
-def _row(tick: Tick, mapped_share: Sequence[float]) -> dict[str, np.ndarray]:
-    """Every robot after one iteration, poses as believed at that time; bumps and distance since the start."""
-    truth, belief = tick.truth, tick.belief
-    now, believed = truth.poses[:, -1], belief.paths.estimate[:, -1]
-    return {
-        "err": belief.err,
-        "ate_trans": ate_trans(belief.paths.estimate, truth.poses),
-        "ate_rot": ate_rot(belief.paths.estimate, truth.poses),
-        **dict(zip(("x_true_m", "y_true_m", "yaw_true_rad"), now.T, strict=True)),
-        **dict(zip(("x_estimate_m", "y_estimate_m", "yaw_estimate_rad"), believed.T, strict=True)),
-        "mapped_share": np.array(mapped_share),
-        "met": np.isin(np.arange(len(now)), [robot for group in belief.team.met for robot in group]),
-        "calling": belief.team.calls.callee != NOBODY,
-        "bumps": truth.collisions,
-        "distance_m": truth.distance_m,
-    }
+def _episode(
+    env: RendezvousVectorEnv, recording: Recording, world: int, *, policy: str, trial: int, seed: int
+) -> Episode:
+    """What was recorded of one world."""
+    steps, meetings = recording.steps(world), recording.meetings(world)
+    tick, layout, n_times = env.tick_of(world), env.world_of(world).layout, len(steps["err"]) + 1
+    return Episode(
+        policy=policy,
+        trial=trial,
+        seed=seed,
+        figures=_figures(
+            steps,
+            threshold=env.scenario.rendezvous.err_threshold,
+            n_meetings=len(meetings),
+            coverage=float(recording.coverage[world]),
+            bytes_sent=int(np.ravel(tick.belief.team.bytes_sent)[0]),
+        ),
+        steps=steps,
+        meetings=meetings,
+        reference=tick.truth.poses[:, :n_times],
+        estimate=tick.belief.paths.estimate[:, :n_times],
+        walls_m=layout.walls_m,
+        obstacles_m=tuple(layout.obstacles_m),
+    )
 
 
-def _meetings(tick: Tick) -> list[np.ndarray]:
-    """Iteration and true middle of each group that met in it."""
-    middles = [tick.truth.poses[list(group), -1, :2].mean(axis=0) for group in tick.belief.team.met]
-    return [np.array([tick.belief.t, *middle]) for middle in middles]
-
-
-def _figures(steps: Steps, end: Tick, n_meetings: int, scenario: Scenario) -> dict[str, float]:
+def _figures(
+    steps: Steps, *, threshold: float, n_meetings: int, coverage: float, bytes_sent: int
+) -> dict[str, float]:
     """The episode in numbers; errors against truth are the team's at the end (Eqs. 12 and 13)."""
-    truth, belief = end.truth, end.belief
     return {
         "mapped_share": float(steps["mapped_share"][-1, 0]),
         "err_last10": float(steps["err"][-LAST:].mean()),
         "ate_trans": float(steps["ate_trans"][-1].mean()),
         "ate_rot": float(steps["ate_rot"][-1].mean()),
         "rendezvous": n_meetings,
-        "share_above": float((steps["err"] > scenario.rendezvous.err_threshold).mean()),
-        "coverage": float(truth.cells.share[0]),
-        "bumps": int(truth.collisions.sum()),
-        "distance_m": float(truth.distance_m.sum()),
-        "bytes_sent": int(belief.team.bytes_sent.sum()),
-        "n_steps": belief.t,
+        "share_above": float((steps["err"] > threshold).mean()),
+        "coverage": coverage,
+        "bumps": int(steps["bumps"][-1].sum()),
+        "distance_m": float(steps["distance_m"][-1].sum()),
+        "bytes_sent": bytes_sent,
+        "n_steps": len(steps["err"]),
     }
+
+
+def _packed(steps: Steps) -> np.ndarray:
+    """Columns as one array of records: an archive of few arrays is read several times faster."""
+    of = np.dtype([(name, column.dtype) for name, column in steps.items()])
+    out = np.empty(steps["err"].shape, dtype=of)
+    for name, column in steps.items():
+        out[name] = column
+    return out
