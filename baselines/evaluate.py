@@ -11,7 +11,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from baselines.evaluation import run_folder
 from baselines.evaluation.config import EvaluateConfig, command_of, parsed, plan_of
 from baselines.evaluation.console_report import announce, report
-from baselines.evaluation.episodes import Episode, run_episode, trial_seed
+from baselines.evaluation.episodes import Episode, run_episode, run_episodes, trial_seed
 from baselines.evaluation.executors import Executor
 from baselines.evaluation.jobs import EpisodesFailedError, Task, missing, run_all
 from baselines.evaluation.pictures import draw
@@ -32,6 +32,7 @@ __all__ = [
     "evaluate",
     "main",
     "run_episode",
+    "run_episodes",
 ]
 
 
@@ -51,7 +52,7 @@ def evaluate(config: EvaluateConfig, *, console: Console | None = None) -> Summa
         EpisodesFailedError: Some episodes raised; the others are kept for ``resume``.
     """
     console = console or Console(quiet=True)
-    executor = Executor(name=config.executor, jobs=config.jobs, ray_address=config.ray_address)
+    executor = config.where
     plan, out = plan_of(config), config.out.resolve()
     executor.check_script(plan.trials * len(plan.policies))
     record = plan.record() | {"command": command_of(config)}
@@ -89,7 +90,7 @@ def _run_missing(left: Plan, partial: Path, *, plan: Plan, executor: Executor, c
     columns = (TextColumn("episodes"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True, quiet=console.quiet)) as progress:
         bar = progress.add_task("", total=len(tasks))
-        failures = run_all(tasks, executor=executor, on_done=lambda: progress.advance(bar))
+        failures = run_all(tasks, executor=executor, on_done=lambda n: progress.advance(bar, n))
     if failures:
         (partial / "failures.txt").write_text("\n".join(f.trace for f in failures), encoding="utf-8")
         raise EpisodesFailedError([failure.line for failure in failures], partial)

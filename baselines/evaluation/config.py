@@ -8,6 +8,7 @@ from typing import Annotated
 
 import tyro
 
+from baselines.evaluation.executors import Executor
 from baselines.evaluation.plan import Plan, read_record
 from baselines.policies import POLICIES
 from baselines.policies.specs import split_list
@@ -49,7 +50,9 @@ class EvaluateConfig:
         out: Folder of the results. It appears when all is done; until then see OUT.partial.
         overwrite: Replace results that are there, once the new ones are complete.
         resume: Continue an interrupted run with the same settings; with more --trials, also a finished one.
-        jobs: Episodes at once; 0: as many as there are cores. Results do not depend on it.
+        jobs: Batches at once; 0: as many as there are cores. Results do not depend on it.
+        worlds: Most worlds that a job plays at once; 0: 64, fewer where teams are large (400 robots in all).
+            Results do not depend on it.
         executor: Where episodes run: process, serial (in this process) or ray. Results do not depend on it.
         ray_address: Ray cluster to join, e.g. auto; without one, ray starts one of its own on the loopback,
             whatever else runs and RAY_ADDRESS says.
@@ -67,9 +70,15 @@ class EvaluateConfig:
     overwrite: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     resume: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     jobs: int = 0
+    worlds: int = 0
     executor: str = "process"
     ray_address: str = ""
     config: Path | None = None
+
+    @property
+    def where(self) -> Executor:
+        """Where episodes run, and how many at once."""
+        return Executor(name=self.executor, jobs=self.jobs, ray_address=self.ray_address, worlds=self.worlds)
 
 
 def plan_of(config: EvaluateConfig) -> Plan:

@@ -143,7 +143,7 @@ def _run(
     seeds: Sequence[int],
     *,
     trials: Sequence[int],
-    look: Callable[[RendezvousVectorEnv], None],
+    look: Callable[[RendezvousVectorEnv], object],
 ) -> list[Episode]:
     """Play all worlds to their ends, and put the episodes together."""
     env = vector_env(scenario, n_worlds=len(seeds))
@@ -161,7 +161,7 @@ def play(
     driver: TeamsPolicy,
     seeds: Sequence[int],
     *,
-    look: Callable[[RendezvousVectorEnv], None],
+    look: Callable[[RendezvousVectorEnv], object] | None = None,
 ) -> Recording:
     """Play every world to its end.
 
@@ -174,6 +174,7 @@ def play(
     driver.reset_rows(seeds)
     observations, _ = env.reset(seed=list(seeds))
     recording, now = Recording(env.n_worlds, env.scenario.n_steps), Now.of(env)
+    look = look or _look_away
     look(env)
     while (live := ~env.over).any():
         if isinstance(driver, Oracle):

@@ -65,16 +65,19 @@ class Executor:
         name: A name in `EXECUTORS`.
         jobs: Items at once; 0: as many as there are cores. On a cluster, Ray decides.
         ray_address: Of an existing Ray cluster; empty: a local Ray.
+        worlds: Most worlds that are played together; 0: by the size of the team.
     """
 
     name: str = "process"
     jobs: int = 0
     ray_address: str = ""
+    worlds: int = 0
 
     def __post_init__(self) -> None:
         """Refuse, before anything runs, what could not run."""
         pick(EXECUTORS, self.name, "executor")
         require(self.jobs >= 0, "jobs", ">= 0", self.jobs)
+        require(self.worlds >= 0, "worlds", ">= 0", self.worlds)
         fits = not self.ray_address or self.name == "ray"
         require(fits, "ray-address", "given with --executor ray only", self.ray_address)
         if self.name == "ray":

@@ -1,11 +1,12 @@
 """Run episodes, or other work that ends in a file, wherever the executor says."""
 
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
-from baselines.evaluation.episodes import Episode, run_episode
+from baselines.evaluation.batches import Batch, batched
+from baselines.evaluation.episodes import Episode, run_episodes
 from baselines.evaluation.executors import Executor, Work
 from wifipgo.command.command_line import say
 from wifipgo.errors import BadInputError, DoubtfulError
@@ -14,7 +15,10 @@ from wifipgo.scenarios import Scenario
 
 
 class Item(Protocol):
-    """Work that carries its seed and knows the file of its result."""
+    """Work that carries its seed and knows the file of its result.
+
+    One that has what `baselines.evaluation.batches.Together` asks for is computed with others of its kind.
+    """
 
     @property
     def path(self) -> Path:
@@ -45,9 +49,19 @@ class Task(NamedTuple):
         """Which episode."""
         return f"policy {self.policy}, trial {self.trial}, seed {self.seed}"
 
+    @property
+    def kind(self) -> Hashable:
+        """Trials of one policy in one scenario are played together."""
+        return self.scenario, self.policy
+
     def compute(self) -> Episode:
         """Run it."""
-        return run_episode(self.scenario, self.policy, self.seed, trial=self.trial)
+        return self.compute_all([self])[0]
+
+    def compute_all(self, items: Sequence["Task"]) -> list[Episode]:
+        """Run it beside others of its kind."""
+        seeds, trials = [item.seed for item in items], [item.trial for item in items]
+        return run_episodes(self.scenario, self.policy, seeds, trials=trials)
 
     def keep(self, result: Episode) -> None:
         """Write it down."""
@@ -83,21 +97,28 @@ class EpisodesFailedError(DoubtfulError):
         super().__init__("\n".join([*shown, hint]))
 
 
-def run_all(items: Sequence[Any], *, executor: Executor, on_done: Callable[[], None]) -> list[Failure]:
-    """Run every item; one that raises stops no other.
+def run_all(items: Sequence[Any], *, executor: Executor, on_done: Callable[[int], object]) -> list[Failure]:
+    """Run every item, those of a kind in batches; one that raises stops no other.
 
     Args:
         items: What to run, each an `Item`.
-        executor: Where.
-        on_done: Called after each.
+        executor: Where, and how many at once.
+        on_done: Called with the number of items that are done, or failed.
 
     Returns:
         What failed.
     """
     failures = []
-    for item, problem in executor.outcomes(Work(carry_out, keep), items):
-        failures += [Failure(item.label, problem)] if problem else []
-        on_done()
+    todo = batched(items, worlds=executor.worlds, slots=executor.slots(len(items)))
+    while todo:
+        again: list[Batch] = []
+        for batch, problem in executor.outcomes(Work(carry_out, keep), todo):
+            if problem and len(batch.items) > 1:
+                again += batch.halves()  # until it is known whose problem it is; the rest is kept
+                continue
+            failures += [Failure(batch.label, problem)] if problem else []
+            on_done(len(batch.items))
+        todo = again
     return failures
 
 
@@ -118,11 +139,11 @@ def _is_there(path: Path) -> bool:
     return True
 
 
-def carry_out(item: Any) -> Any:
-    """Do the work of an `Item`."""
-    return item.compute()
+def carry_out(batch: Batch) -> Any:
+    """Do the work of some items."""
+    return batch.compute()
 
 
-def keep(item: Any, result: Any) -> None:
-    """Write the result of an `Item` to its file."""
-    item.keep(result)
+def keep(batch: Batch, results: Any) -> None:
+    """Write the results of some items to their files."""
+    batch.keep(results)

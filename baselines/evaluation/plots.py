@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from wifipgo.command.figures import Axes, Figure
 
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 from matplotlib.collections import LineCollection
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
@@ -40,11 +40,10 @@ def draw_err(path: Path, plan: Plan, tables: Tables) -> None:
         low = 0.5 + 0.45 * len(plan.policies)
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=[4.6 - 0.2 * low, low])
         for place, policy in enumerate(plan.policies):
-            steps = tables.steps[tables.steps["policy"] == policy]
-            trials = [trial for _, trial in steps.groupby("trial")]
-            _curve(above, trials, _colour(place), DASHES[place % len(DASHES)])
+            steps = _by_trial(tables.steps[tables.steps["policy"] == policy])
+            _curve(above, steps, policy, _colour(place), DASHES[place % len(DASHES)])
             met = tables.episodes.loc[tables.episodes["policy"] == policy, "rendezvous"].mean()
-            _raster(below, trials, len(plan.policies) - 1 - place, _colour(place), per_trial=met)
+            _raster(below, steps, len(plan.policies) - 1 - place, _colour(place), per_trial=met)
         threshold = plan.scenario.rendezvous.err_threshold
         above.axhline(threshold, color="0.2", lw=0.8, label=f"threshold {threshold:g}")
         _label_err(above, below, plan)
@@ -55,18 +54,36 @@ def _colour(place: int) -> str:
     return SERIES[place % len(SERIES)]
 
 
-def _curve(axes: Axes, steps: Sequence[pd.DataFrame], colour: str, dashes: object) -> None:
+class _Trials(NamedTuple):
+    """A policy's trials, one row each; iterations after the end of an episode do not count."""
+
+    err: Float[np.ndarray, "trials iterations"]
+    met: Bool[np.ndarray, "trials iterations"]
+    length: Int[np.ndarray, " trials"]
+
+
+def _by_trial(steps: pd.DataFrame) -> _Trials:
+    """Mean Err over robots, and whether anybody met, in the order of the table."""
+    trial, row = np.unique(steps["trial"].to_numpy(), return_inverse=True)
+    column, n_robots = steps["iteration"].to_numpy() - 1, int(steps["robot"].max()) + 1
+    err, met = (np.zeros((len(trial), column.max() + 1, n_robots)) for _ in range(2))
+    at = row, column, steps["robot"].to_numpy()
+    err[at], met[at] = steps["err"], steps["met"]
+    length = np.bincount(row) // n_robots
+    return _Trials(err.mean(axis=2), np.asarray(met.any(axis=2)), length)
+
+
+def _curve(axes: Axes, steps: _Trials, policy: str, colour: str, dashes: object) -> None:
     """Mean over robots and trials, and the interval of the mean over trials.
 
     Where episodes end early, the curve ends with half of them: the mean of the few that
     are left would be that of the unlucky.
     """
-    trials = [trial.groupby("iteration")["err"].mean().to_numpy() for trial in steps]
-    lengths = sorted(map(len, trials))
+    lengths = np.sort(steps.length).tolist()
     end = lengths[len(lengths) // 2]
-    bands = [band(np.array([t[k] for t in trials if len(t) > k])) for k in range(end)]
+    bands = [band(steps.err[steps.length > k, k]) for k in range(end)]
     mean, low, high = np.array(bands).T
-    label = steps[0]["policy"].iloc[0] + (", until half ended" if end < lengths[-1] else "")
+    label = policy + (", until half ended" if end < lengths[-1] else "")
     axes.fill_between(np.arange(1, end + 1), low, high, color=colour, alpha=0.2, lw=0)
     axes.plot(np.arange(1, end + 1), mean, color=colour, lw=2.0, ls=dashes, label=label)
 
@@ -78,13 +95,15 @@ def band(values: Float[np.ndarray, " trials"]) -> tuple[float, float, float]:
     return mean, mean if found.low is None else found.low, mean if found.high is None else found.high
 
 
-def _raster(axes: Axes, steps: Sequence[pd.DataFrame], lane: int, colour: str, *, per_trial: float) -> None:
+def _raster(axes: Axes, steps: _Trials, lane: int, colour: str, *, per_trial: float) -> None:
     """A tick for each iteration with a rendezvous, a row for each trial, a lane for each policy."""
-    height = 0.8 / len(steps)
-    rows = [lane + 0.4 - height * (k + 0.5) for k in range(len(steps))]
-    times = [np.unique(trial.loc[trial["met"], "iteration"]) for trial in steps]
+    height = 0.8 / len(steps.met)
     length = max(0.9 * height, 0.13)  # ticks of many trials overlap rather than vanish
-    axes.eventplot(times, lineoffsets=rows, linelengths=length, linewidths=1.5, colors=colour, alpha=0.7)
+    trial, iteration = np.nonzero(steps.met)
+    row = lane + 0.4 - height * (trial + 0.5)
+    ends = np.stack([row - 0.5 * length, row + 0.5 * length], axis=1)
+    ticks = np.stack([np.repeat(iteration[:, None] + 1.0, 2, axis=1), ends], axis=2)
+    axes.add_collection(LineCollection(list(ticks), linewidths=1.5, colors=colour, alpha=0.7))
     axes.axhspan(lane - 0.44, lane + 0.44, color=colour, alpha=0.07, lw=0)
     axes.text(1.01, lane, f"{per_trial:.3g}\na trial", transform=axes.get_yaxis_transform(), va="center")
 

@@ -66,7 +66,7 @@ class Recording:
         row |= dict(zip(("x_true_m", "y_true_m", "yaw_true_rad"), np.moveaxis(now.true, -1, 0), strict=True))
         believed = ("x_estimate_m", "y_estimate_m", "yaw_estimate_rad")
         row |= dict(zip(believed, np.moveaxis(now.believed, -1, 0), strict=True))
-        row |= {"met": met.any(axis=2), "calling": now.calling}
+        row |= {"met": np.asarray(met.any(axis=2)), "calling": now.calling}
         for name in _COLUMNS:
             self._column(name, row[name])[:, self._t] = row[name]
         self._t += 1

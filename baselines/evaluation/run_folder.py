@@ -128,14 +128,20 @@ def episodes_frame(episodes: Sequence[Episode]) -> pd.DataFrame:
 
 def steps_frame(episodes: Sequence[Episode]) -> pd.DataFrame:
     """One row for each policy, trial, iteration (from 1) and robot."""
-    return pd.concat([_steps(episode) for episode in episodes], ignore_index=True)
-
-
-def _steps(episode: Episode) -> pd.DataFrame:
-    n_steps, n_robots = episode.steps["err"].shape
-    iteration, robot = np.indices((n_steps, n_robots)).reshape(2, -1)
-    keys = {"policy": episode.policy, "trial": episode.trial, "iteration": iteration + 1, "robot": robot}
-    return pd.DataFrame(keys | {name: column.ravel() for name, column in episode.steps.items()})
+    shapes = [episode.steps["err"].shape for episode in episodes]
+    sizes = [n_steps * n_robots for n_steps, n_robots in shapes]
+    iteration, robot = np.concatenate([np.indices(shape).reshape(2, -1) for shape in shapes], axis=1)
+    keys = {
+        "policy": np.repeat(np.array([episode.policy for episode in episodes], dtype=object), sizes),
+        "trial": np.repeat([episode.trial for episode in episodes], sizes),
+        "iteration": iteration + 1,
+        "robot": robot,
+    }
+    columns = {
+        name: np.concatenate([episode.steps[name].ravel() for episode in episodes])
+        for name in episodes[0].steps
+    }
+    return pd.DataFrame(keys | columns)
 
 
 def tables_of(episodes: Sequence[Episode]) -> Tables:

@@ -28,7 +28,9 @@ class ReproduceConfig:
         trials: Seeds of every figure, each met by everything that is compared. Left out: 60 with two robots,
             10 with fifty.
         seed: Root of all seeds.
-        jobs: Episodes at once; 0: as many as there are cores. Results do not depend on it.
+        jobs: Batches at once; 0: as many as there are cores. Results do not depend on it.
+        worlds: Most worlds that a job plays at once; 0: 64, fewer where teams are large (400 robots in all).
+            Results do not depend on it.
         executor: Where episodes run: process, serial (in this process) or ray. Results do not depend on it.
         ray_address: Ray cluster to join, e.g. auto; without one, ray starts one of its own on the loopback.
         out: Folder of the results.
@@ -41,6 +43,7 @@ class ReproduceConfig:
     trials: int | None = None
     seed: int = 0
     jobs: int = 0
+    worlds: int = 0
     executor: str = "process"
     ray_address: str = ""
     out: Path = Path("results/reproduce")
@@ -58,7 +61,7 @@ class ReproduceConfig:
     @property
     def where(self) -> Executor:
         """Where episodes run."""
-        return Executor(name=self.executor, jobs=self.jobs, ray_address=self.ray_address)
+        return Executor(name=self.executor, jobs=self.jobs, ray_address=self.ray_address, worlds=self.worlds)
 
     @property
     def command(self) -> str:

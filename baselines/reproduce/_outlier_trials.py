@@ -1,6 +1,6 @@
 """What Fig. 10 is made of: runs until nine relative poses, and encounters of a grid."""
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
@@ -8,10 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from baselines.evaluation.episodes import play
 from baselines.policies import make_policy
 from baselines.reproduce.encounter_grid import encounter, error_under, ground_truth_error
 from baselines.reproduce.encounters import EncounterConfig
-from envs.rendezvous_v0 import parallel_env
+from envs.rendezvous_v0 import vector_env
 from wifipgo import se2
 from wifipgo.files.atomic_files import write_sealed
 from wifipgo.files.npz_files import read_sealed_npz
@@ -21,6 +22,7 @@ from wifipgo.graph.outliers.aoa_weights import bearing, likelihood
 from wifipgo.graph.outliers.methods import solve_robust
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick
+from wifipgo.threads import one_thread
 
 METHODS = ("none", "paper", "range_aware", "huber", "bearing")
 Arrays = Mapping[str, np.ndarray]
@@ -41,10 +43,19 @@ class OutlierTrial(NamedTuple):
         """Which trial."""
         return f"{self.scenario.name}, trial {self.trial}, seed {self.seed}"
 
+    @property
+    def kind(self) -> Hashable:
+        """Trials of one scenario are played together."""
+        return self.scenario
+
     def compute(self) -> Arrays:
         """Errors by method, and every measurement beside the direction of its signal."""
-        tick = _played(self.scenario.with_overrides(**KEEP_ALL), self.seed)
-        return {"errors": _errors(tick), **_measurements(tick)}
+        return self.compute_all([self])[0]
+
+    def compute_all(self, items: Sequence["OutlierTrial"]) -> list[Arrays]:
+        """The same of several trials, played together."""
+        ticks = _played(self.scenario.with_overrides(**KEEP_ALL), [item.seed for item in items])
+        return [{"errors": _errors(tick), **_measurements(tick)} for tick in ticks]
 
     def keep(self, result: Arrays) -> None:
         """Write to a file that is there whole or not at all."""
@@ -87,15 +98,12 @@ def _save(path: Path, result: Arrays) -> None:
     write_sealed(path, buffer.getvalue())
 
 
-def _played(scenario: Scenario, seed: int) -> Tick:
-    """The end of an episode of active rendezvous."""
-    env = parallel_env(scenario=scenario)
-    policy = make_policy("active", env.scenario)
-    policy.reset(seed)
-    observations, _ = env.reset(seed=seed)
-    while env.agents:
-        observations, *_ = env.step(policy.act(observations))
-    return env.tick
+@one_thread
+def _played(scenario: Scenario, seeds: Sequence[int]) -> list[Tick]:
+    """The ends of episodes of active rendezvous."""
+    env = vector_env(scenario, n_worlds=len(seeds))
+    play(env, make_policy("active", scenario), seeds)
+    return [env.tick_of(k) for k in range(len(seeds))]
 
 
 def _errors(tick: Tick) -> Float[np.ndarray, " methods"]:

@@ -88,7 +88,7 @@ def _make(name: str, setting: Setting, out: Path, config: ReproduceConfig, conso
     columns = (TextColumn(f"{name:6s}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True, quiet=console.quiet)) as progress:
         bar = progress.add_task("", total=len(items))
-        failures = run_all(items, executor=config.where, on_done=lambda: progress.advance(bar))
+        failures = run_all(items, executor=config.where, on_done=lambda n: progress.advance(bar, n))
     if failures:
         return failures
     folder = _folder.staging(out, name)

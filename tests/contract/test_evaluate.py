@@ -5,14 +5,23 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from baselines import evaluate
-from baselines.evaluate import Episode, EpisodesFailedError, EvaluateConfig, main, run_episode
+from baselines.evaluate import (
+    Episode,
+    EpisodesFailedError,
+    EvaluateConfig,
+    main,
+    run_episode,
+    run_episodes,
+)
 from baselines.evaluation import jobs
+from baselines.evaluation.batches import Batch
 from baselines.evaluation.run_folder import FILES, FIRST, PICTURES
 from baselines.policies import make_policy
 from wifipgo.files.results_folder import MANIFEST, partial_of
@@ -41,13 +50,13 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def fail_at(monkeypatch: pytest.MonkeyPatch, trial: int, policy: str, problem: BaseException) -> None:
-    """Make one episode raise."""
+    """Make one episode raise, and so whatever is played with it."""
     real = jobs.carry_out
 
-    def carry_out(task: jobs.Task) -> Episode:
-        if (task.trial, task.policy) == (trial, policy):
+    def carry_out(batch: Batch) -> Sequence[Episode]:
+        if any((task.trial, task.policy) == (trial, policy) for task in batch.items):
             raise problem
-        return real(task)
+        return real(batch)
 
     monkeypatch.setattr(jobs, "carry_out", carry_out)
 
@@ -106,6 +115,57 @@ def test_recorded_command_gives_the_same_results(done: Path, tmp_path: Path) -> 
 def test_results_do_not_depend_on_jobs(done: Path, tmp_path: Path) -> None:
     evaluate.evaluate(short(tmp_path / "two", jobs=2))
     pd.testing.assert_frame_equal(steps(done), steps(tmp_path / "two"))
+
+
+@pytest.mark.parametrize("worlds", [1, 2, 5])
+def test_results_do_not_depend_on_worlds(done: Path, tmp_path: Path, worlds: int) -> None:
+    out = tmp_path / "out"
+    evaluate.evaluate(short(out, worlds=worlds))
+    for name in ("episodes.parquet", "steps.parquet", "summary.json"):
+        assert (out / name).read_bytes() == (done / name).read_bytes()
+
+
+def test_a_run_goes_on_in_the_middle_of_a_batch(
+    done: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is left is put into other batches, of another size."""
+    out, real, played = tmp_path / "out", run_episodes, []
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    def seen(*args: Any, **kwargs: Any) -> list[Episode]:
+        played.append(kwargs["trials"])
+        return real(*args, **kwargs)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(evaluate, "_publish", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            evaluate.evaluate(short(out, worlds=3))
+    for name in ("00-00001.npz", "01-00000.npz", "01-00002.npz"):
+        (partial_of(out) / name).unlink()
+    monkeypatch.setattr(jobs, "run_episodes", seen)
+    evaluate.evaluate(short(out, worlds=2, resume=True))
+    assert played == [[0, 2], [1]]
+    for name in ("episodes.parquet", "steps.parquet"):
+        assert (out / name).read_bytes() == (done / name).read_bytes()
+
+
+def test_a_policy_of_ones_own_plays_many_worlds() -> None:
+    """One that knows a single team plays them one after the other, and gives what the same on rows gives."""
+    scenario = scenario_named("paper-hw-2", n_steps=4)
+    inside = make_policy("active", scenario)
+
+    class OneTeam:
+        """The same policy with one face less."""
+
+        reset, act = staticmethod(inside.reset), staticmethod(inside.act)
+
+    for one, other in zip(
+        run_episodes(scenario, OneTeam(), [3, 4]), run_episodes(scenario, "active", [3, 4]), strict=True
+    ):
+        np.testing.assert_array_equal(one.reference, other.reference)
+        assert one.figures == other.figures
 
 
 def test_an_interrupted_run_is_continued(
@@ -191,6 +251,7 @@ def test_a_folder_that_is_no_evaluation_is_never_replaced(tmp_path: Path) -> Non
         (["--set", "size_m=-1"], "ArenaConfig.size_m must be in 0.1..2000, got -1.0"),
         (["--seed", "-1"], "seed must be >= 0"),
         (["--jobs", "-1"], "jobs must be >= 0"),
+        (["--worlds", "-1"], "worlds must be >= 0"),
         (["--executor", "slurm"], "unknown executor 'slurm'; known: process, ray, serial"),
         (["--ray-address", "auto"], "ray-address must be given with --executor ray only"),
         (["--config", "missing.json"], "missing.json: No such file"),
@@ -238,7 +299,10 @@ def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
     printed = capsys.readouterr().out
     assert end.value.code == 0
     assert "python -m baselines.evaluate --scenario paper-hw-2-obstacles" in printed
-    assert all(f"--{option}" in printed for option in ("policies", "trials", "seed", "set", "resume", "jobs"))
+    assert all(
+        f"--{option}" in printed
+        for option in ("policies", "trials", "seed", "set", "resume", "jobs", "worlds")
+    )
 
 
 def test_a_scenario_file_is_played_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

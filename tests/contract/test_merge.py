@@ -10,7 +10,7 @@ import pytest
 
 from baselines.evaluate import EvaluateConfig, evaluate
 from baselines.evaluation import jobs, run_folder
-from baselines.evaluation.episodes import Episode, run_episode
+from baselines.evaluation.episodes import Episode, run_episodes
 from baselines.merge import main
 from wifipgo.files.results_folder import partial_of
 
@@ -76,15 +76,15 @@ def test_an_interrupted_run_goes_on_with_more_trials(
 def test_a_finished_run_goes_on_with_more_trials(
     parts: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    out, trials, run = shutil.copytree(parts[1], tmp_path / "out"), [], run_episode
+    out, trials, run = shutil.copytree(parts[1], tmp_path / "out"), [], run_episodes
 
-    def seen(*args: Any, **kwargs: Any) -> Episode:
-        trials.append(kwargs["trial"])
-        if kwargs["trial"] == 3:
+    def seen(*args: Any, **kwargs: Any) -> list[Episode]:
+        trials.extend(kwargs["trials"])
+        if 3 in kwargs["trials"]:
             raise KeyboardInterrupt
         return run(*args, **kwargs)
 
-    monkeypatch.setattr(jobs, "run_episode", seen)
+    monkeypatch.setattr(jobs, "run_episodes", seen)
     evaluate(replace(settings(out, 0, 3), resume=True))
     assert trials == [2, 2]
     whole = played(tmp_path / "whole", 0, 3)
@@ -98,7 +98,7 @@ def test_a_finished_run_goes_on_with_more_trials(
     with pytest.raises(ValueError, match=r"differs in trials \(3 there, 2 now\)"):
         evaluate(replace(settings(out, 0, 2), resume=True))
     assert trials == []
-    monkeypatch.setattr(jobs, "run_episode", run)
+    monkeypatch.setattr(jobs, "run_episodes", run)
     evaluate(replace(settings(out, 0, 4), resume=True))
     assert not partial_of(out).exists()
     assert len(pd.read_parquet(out / "episodes.parquet")) == 8

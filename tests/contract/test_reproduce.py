@@ -13,7 +13,8 @@ import pytest
 from support.data_dir import data_dir
 
 from baselines.evaluation import jobs
-from baselines.evaluation.jobs import EpisodesFailedError, Task
+from baselines.evaluation.batches import Batch
+from baselines.evaluation.jobs import EpisodesFailedError
 from baselines.evaluation.statistics import Estimate
 from baselines.reproduce import _figures, _folder, _rules, _run, fig2, fig9
 from baselines.reproduce.__main__ import main
@@ -51,7 +52,7 @@ def two(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def asked(out: Path, **changes: Any) -> ReproduceConfig:
-    config = ReproduceConfig(trials=2, executor="serial", out=out)
+    config = ReproduceConfig(trials=2, executor="serial", worlds=1, out=out)
     return replace(config, **changes)
 
 
@@ -59,13 +60,14 @@ def counted(
     monkeypatch: pytest.MonkeyPatch, *, fail_at: int | None = None, by: type[BaseException] = RuntimeError
 ) -> list[Any]:
     """Every item that is carried out; the one at ``fail_at`` raises."""
-    real, seen = jobs.carry_out, []
+    real = jobs.carry_out
+    seen: list[Any] = []
 
-    def carry_out(item: Task) -> Any:
-        seen.append(item)
+    def carry_out(batch: Batch) -> Any:
+        seen.extend(batch.items)
         if len(seen) - 1 == fail_at:
             raise by
-        return real(item)
+        return real(batch)
 
     monkeypatch.setattr(jobs, "carry_out", carry_out)
     return seen

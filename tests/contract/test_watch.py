@@ -90,7 +90,7 @@ def test_a_failure_leaves_nothing_and_replaces_nothing(
     def break_down(*arguments: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(episodes, "_row", break_down)
+    monkeypatch.setattr(episodes.Recording, "add", break_down)
     assert film_to(before, "--overwrite") == 130
     assert before.read_bytes() == b"mine"
     assert [path.name for path in tmp_path.iterdir()] == ["run.mp4"]
