@@ -13,6 +13,7 @@ from PIL import Image
 from baselines import watch
 from baselines.evaluate import run_episode
 from baselines.evaluation import episodes
+from baselines.evaluation.recording import Recording
 from baselines.watch import WatchConfig, main
 
 SHORT = ("n_steps=3",)
@@ -90,7 +91,7 @@ def test_a_failure_leaves_nothing_and_replaces_nothing(
     def break_down(*arguments: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(episodes.Recording, "add", break_down)
+    monkeypatch.setattr(Recording, "add", break_down)
     assert film_to(before, "--overwrite") == 130
     assert before.read_bytes() == b"mine"
     assert [path.name for path in tmp_path.iterdir()] == ["run.mp4"]
