@@ -1,8 +1,8 @@
 """How fast training collects experience: agent-steps a second of the environments that PPO learns in.
 
-Run: ``python -m benchmarks.collection_speed [--envs.n-workers N] [--seconds S]``. Environments, interface and
-normalisation are those of ``python -m train.ppo``; choices are drawn, so the network is not in it (about 4 %
-of the time). Time is that of the wall: with workers it is the work of several cores.
+Run: ``python -m benchmarks.collection_speed [--envs.n-workers N] [--seconds S]``. Worlds, interface,
+normalisation and the network that chooses and values are those of ``python -m train.ppo``. Time is that of
+the wall: with workers it is the work of several cores.
 """
 
 import os
@@ -16,11 +16,13 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
+import torch
 import tyro
 from rich.console import Console
 from rich.progress import track
 
 from train import EnvsConfig, TrainConfig, environments
+from train.training import make_model
 from wifipgo.command.command_line import exit_code
 
 _WINDOWS = 5
@@ -36,17 +38,19 @@ class CollectionConfig:
 
 def rates(config: CollectionConfig, console: Console) -> list[float]:
     """Agent-steps a second in some windows of time."""
-    venv = environments(TrainConfig(envs=config.envs), seed=0)
-    venv.action_space.seed(0)
-    drawn = [np.array([venv.action_space.sample() for _ in range(venv.num_envs)]) for _ in range(64)]
-    found, k = [], 0
+    torch.set_num_threads(1)
+    settings = TrainConfig(envs=config.envs)
+    venv = environments(settings, seed=0)
+    found = []
     try:
-        venv.reset()
+        policy, shown = make_model(settings, venv).policy, np.asarray(venv.reset())
         for _ in track(range(_WINDOWS), "collecting", console=console):
             begin, count = time.perf_counter(), 0
             while time.perf_counter() - begin < config.seconds / _WINDOWS:
-                venv.step(drawn[k % len(drawn)])
-                k, count = k + 1, count + venv.num_envs
+                with torch.no_grad():
+                    answers, _, _ = policy(torch.as_tensor(shown))
+                shown = np.asarray(venv.step(answers.numpy())[0])
+                count += venv.num_envs
             found.append(count / (time.perf_counter() - begin))
     finally:
         venv.close()
@@ -59,7 +63,7 @@ def main(config: CollectionConfig) -> None:
     found = rates(config, console)
     cores = max(1, config.envs.n_workers)
     console.print(
-        f"{config.envs.scenario}, {config.envs.n_envs} environments, {cores} process{'es' * (cores > 1)}: "
+        f"{config.envs.scenario}, {config.envs.n_envs} worlds, {cores} process{'es' * (cores > 1)}: "
         f"{np.median(found):,.0f} agent-steps a second ({min(found):,.0f} to {max(found):,.0f})"
     )
 

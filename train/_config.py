@@ -27,8 +27,9 @@ class EnvsConfig:
             observation as it is, the action as a point).
         endless: Take the end by the clock for a cut in a task that goes on, and put the value of the last
             state there; else for the end, which is what the score does.
-        n_envs: Environments side by side.
-        n_workers: Processes that step them; 0: this one. Results do not depend on it.
+        n_envs: Worlds side by side, those of a scenario and a process stepped at once: 64 for each process
+            is a good number.
+        n_workers: Processes that share them; 0: this one. Results do not depend on it.
     """
 
     scenario: str = "paper-sim-2"
@@ -37,7 +38,7 @@ class EnvsConfig:
     reward: str = "mapped_share_truth"
     interface: str = "rays"
     endless: bool = False
-    n_envs: int = 16
+    n_envs: int = 64
     n_workers: int = 0
 
     def __post_init__(self) -> None:

@@ -34,7 +34,7 @@ from wifipgo.files.results_folder import begin, note
 from wifipgo.scenarios import Scenario
 from wifipgo.threads import one_thread
 
-__all__ = ["Run", "digest", "train"]
+__all__ = ["Run", "digest", "make_model", "train"]
 
 # Each time a run is continued, its worlds follow another root.
 _RESUMED = 7_919
@@ -53,6 +53,9 @@ def train(config: TrainConfig, *, console: Console | None = None) -> "Run":
         OSError: A folder that cannot be written.
     """
     torch.set_num_threads(1)  # small networks: more threads cost more than they bring, and order sums anew
+    torch.distributions.Distribution.set_default_validate_args(
+        False
+    )  # of our own network: a tenth of a choice
     with held(config.out):
         run = Run(config, console or Console(quiet=True))
         try:
@@ -77,7 +80,7 @@ class Run:
         start = self._checked_start() if config.resume else None
         _write_record(config)
         self.norm = environments(config, config.seed)
-        self.model = _model(config, self.norm)
+        self.model = make_model(config, self.norm)
         self.state, self.best, table = State(), -1.0, None
         if start is not None:
             table = self._continue(start)
@@ -168,7 +171,7 @@ class Run:
         self.evaluated(between.updates)
 
 
-def _model(config: TrainConfig, norm: VecNormalize) -> PPO:
+def make_model(config: TrainConfig, norm: VecNormalize) -> PPO:
     """PPO with the network of the interface, its weights drawn from the seed."""
     cfg, hidden = config.ppo, list(config.ppo.hidden)
     rays = config.envs.interface == "rays"
