@@ -12,7 +12,7 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import sys
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
@@ -41,6 +41,7 @@ def rates(config: CollectionConfig, console: Console) -> list[float]:
     torch.set_num_threads(1)
     settings = TrainConfig(envs=config.envs)
     venv = environments(settings, seed=0)
+    settings = replace(settings, ppo=replace(settings.ppo, batch_size=venv.num_envs))  # fits any number
     found = []
     try:
         policy, shown = make_model(settings, venv).policy, np.asarray(venv.reset())
