@@ -14,7 +14,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 from torch.nn.functional import mse_loss
 
-from baselines.policies import Policy, make_policy
+from baselines.policies import make_policy
 from train._config import ImitationConfig, TrainConfig
 from train._rollouts import rounded_up, scenarios_of, translated_of
 
@@ -60,35 +60,41 @@ def imitate(model: PPO, norm: VecNormalize, config: TrainConfig, *, on_step: Cal
 
 
 class _Scripts:
-    """A scripted policy for each environment, told when its episode ends."""
+    """A scripted policy that drives the teams of all environments, one policy a scenario."""
 
     def __init__(self, norm: VecNormalize, config: TrainConfig) -> None:
-        scenarios = scenarios_of(config)
-        spec, n = config.imitation.policy, config.envs.n_envs
-        self._policies: list[Policy] = [make_policy(spec, scenarios[k % len(scenarios)]) for k in range(n)]
-        self.n_teams, self._episodes = n, [0] * n
-        self._translated, self._n_agents = translated_of(norm), norm.num_envs // n
-        self._seed = config.seed
-        for k in range(n):
-            self._begin(k)
+        scenarios, self.n_teams = scenarios_of(config), config.envs.n_envs
+        self._translated, self._episodes = translated_of(norm), [0] * self.n_teams
+        self._seeds = [config.seed + k for k in range(self.n_teams)]
+        teams, spec = np.arange(self.n_teams), config.imitation.policy
+        # Environment k plays scenario k, those after the last the first again, and so on.
+        self._drivers = [
+            (teams[k :: len(scenarios)], make_policy(spec, scenario))
+            for k, scenario in enumerate(scenarios[: self.n_teams])
+        ]
+        self._begin(np.ones(self.n_teams, dtype=bool))
 
     def answers(self) -> np.ndarray:
         """What the scripts would do now, as answers of a network."""
-        names = [f"robot_{i}" for i in range(self._n_agents)]
-        actions = []
-        for k, policy in enumerate(self._policies):
-            rows = self._translated.rows[k * self._n_agents : (k + 1) * self._n_agents]
-            actions += list(policy.act(dict(zip(names, rows, strict=True))).values())
-        return self._translated.interface.answers(np.stack(actions))
+        rows = self._translated.rows
+        teams = rows.reshape(self.n_teams, -1, rows.shape[1])
+        actions = np.empty((*teams.shape[:2], 3), dtype=np.float32)
+        for mine, driver in self._drivers:
+            actions[mine] = driver.act_rows(teams[mine])
+        return self._translated.interface.answers(actions.reshape(-1, 3))
 
-    def ended(self, dones: np.ndarray) -> None:
+    def ended(self, dones: Bool[np.ndarray, " rows"]) -> None:
         """Some rows' episodes are over."""
-        for k in np.flatnonzero(dones[:: self._n_agents]).tolist():
-            self._episodes[k] += 1
-            self._begin(k)
+        self._begin(np.asarray(dones.reshape(self.n_teams, -1)[:, 0]))
 
-    def _begin(self, k: int) -> None:
-        self._policies[k].reset(self._seed + k, self._episodes[k])
+    def _begin(self, begins: Bool[np.ndarray, " teams"]) -> None:
+        """Key the chance of the episodes that begin."""
+        for mine, driver in self._drivers:
+            if begins[mine].any():
+                of = ([numbers[k] for k in mine.tolist()] for numbers in (self._seeds, self._episodes))
+                driver.reset_rows(*of, mask=begins[mine])
+        for k in np.flatnonzero(begins).tolist():
+            self._episodes[k] += 1
 
 
 def _collected(

@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Float
 
-from baselines.evaluation.episodes import run_episode, trial_seed
+from baselines.evaluation.batches import worlds_at_once
+from baselines.evaluation.episodes import run_episodes, trial_seed
 from baselines.policies import Policy
 from baselines.policies.learned.network import Network
 from baselines.policies.learned.policy import LearnedPolicy
@@ -26,9 +27,13 @@ _COLUMNS = ("agent_steps", "policy", "trial", "seed", "mapped_share")
 def mapped_shares(
     policy: str | Policy, scenario: Scenario, cfg: SelectionConfig
 ) -> Float[np.ndarray, " trials"]:
-    """MapAccuracy share of a policy on every world of the selection."""
+    """MapAccuracy share of a policy on every world of the selection, many worlds at once."""
     seeds = [trial_seed(cfg.seed, trial) for trial in range(cfg.trials)]
-    return np.array([run_episode(scenario, policy, seed).figures["mapped_share"] for seed in seeds])
+    size = worlds_at_once(scenario)
+    parts = [seeds[begin : begin + size] for begin in range(0, len(seeds), size)]
+    return np.array(
+        [e.figures["mapped_share"] for part in parts for e in run_episodes(scenario, policy, part)]
+    )
 
 
 class Curve:
