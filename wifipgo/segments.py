@@ -3,6 +3,8 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
+_TINY_M2 = 1e-300
+
 
 def polygon_edges(corners_m: Float[np.ndarray, "corners 2"]) -> Float[np.ndarray, "corners 2 2"]:
     """Edges of a closed polygon, in its own order."""
@@ -73,5 +75,6 @@ def distance_to_segments(
     """Distance from every point to every segment, the same for all or each point's own, m."""
     base, direction = walls_m[..., 0, :], walls_m[..., 1, :] - walls_m[..., 0, :]
     gap = p_m[:, None] - base
-    along = np.clip((gap * direction).sum(-1) / (direction**2).sum(-1), 0.0, 1.0)
+    square_m2 = np.maximum((direction**2).sum(-1), _TINY_M2)  # a segment without length is a point
+    along = np.clip((gap * direction).sum(-1) / square_m2, 0.0, 1.0)
     return np.linalg.norm(gap - along[..., None] * direction, axis=-1)

@@ -28,7 +28,6 @@ EXCEPTED = {
         "wifipgo/graph/solvers/_linearised.py:Squares": "arrays of one length that are sliced together",
         "wifipgo/graph/solvers/_problem.py:Problem": "a problem for solvers of both kinds",
         "wifipgo/radio/recordings/recorded_link.py:Link": "what a recording says of a link: a column each",
-        "wifipgo/world/arena.py:Arena": "a cache of the engine's objects",
     },
 }
 

@@ -29,7 +29,7 @@ def shape(seed: int, n_cells: int = 16) -> tuple[set[Cell], ArenaConfig]:
 def drive(cfg: ArenaConfig, start: tuple[float, float, float], n_steps: int) -> tuple[np.ndarray, bool]:
     """A robot alone drives ahead; where it ends and whether its last drive was cut short."""
     poses = np.array([start])
-    arena = Arena(random_layout(1, cfg, rng=np.random.default_rng(0)), cfg, turn_rad=2.0 * np.pi)
+    arena = Arena([random_layout(1, cfg, rng=np.random.default_rng(0))], cfg, turn_rad=2.0 * np.pi)
     for _ in range(n_steps):
         end = arena.drive(poses, np.array([[1.0, 0.0]]))
         poses = end.poses
@@ -56,7 +56,7 @@ def test_a_robot_is_stopped_by_the_back_of_a_cup() -> None:
 def test_nobody_drives_into_what_is_solid(seed: int) -> None:
     rng, (cells, cfg) = np.random.default_rng(seed), shape(seed)
     layout = random_layout(8, cfg, rng=rng)
-    arena, poses = Arena(layout, cfg, turn_rad=0.5), layout.starts
+    arena, poses = Arena([layout], cfg, turn_rad=0.5), layout.starts
     assert not solid(poses[:, :2], cells).any()
     n_bumps = 0
     for _ in range(40):

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from wifipgo import se2, segments
 from wifipgo.rows import Generators
 from wifipgo.world import coverage_belief, sensing
+from wifipgo.world.arena import Arena
 from wifipgo.world.coverage import CellMap, empty_map, reveal
 from wifipgo.world.layout import FAR_FACE_M, ArenaConfig, Layout, padded
 from wifipgo.world.lidar import scan
@@ -142,6 +143,24 @@ def test_cells_and_map_accuracy(seed: int, n_robots: int, boxes: list[int]) -> N
 
     for together, alone in zip(mapped(batch.all), zip(*map(mapped, batch.each), strict=True), strict=True):
         np.testing.assert_array_equal(together, joined(list(alone)))
+
+
+@settings(max_examples=15)
+@given(SEEDS, TEAMS, BOXES)
+def test_drives(seed: int, n_robots: int, boxes: list[int]) -> None:
+    """Robots that jostle in small rooms, some of which need the engine at a step and some not."""
+    batch, rng = batch_of(seed, n_robots, boxes), np.random.default_rng(seed)
+    cfg = ArenaConfig(size_m=SIZE_M, step_scale=tuple(rng.uniform(0.3, 1.0, n_robots).tolist()))
+    together = Arena(batch.layouts, cfg, turn_rad=0.5)
+    alone = [Arena([layout], cfg, turn_rad=0.5) for layout in batch.layouts]
+    poses = np.concatenate([layout.starts for layout in batch.layouts])
+    for waypoints in rng.uniform(-1.0, 1.0, (12, len(poses), 2)):
+        parts = [batch.rows(world) for world in batch.each]
+        ends = [one.drive(poses[own], waypoints[own]) for one, own in zip(alone, parts, strict=True)]
+        drive = together.drive(poses, waypoints)
+        np.testing.assert_array_equal(drive.poses, joined([end.poses for end in ends]))
+        np.testing.assert_array_equal(drive.bumped, joined([end.bumped for end in ends]))
+        poses = drive.poses
 
 
 def test_shares_of_coverage_beliefs() -> None:

@@ -49,7 +49,7 @@ def _world(layouts: tuple[Layout, ...], scenario: Scenario, streams: Streams) ->
         size_m=scenario.arena.size_m,
         rng=streams.standing,
     )
-    arena = Arena(layout, scenario.arena, turn_rad=scenario.turn.turn_rad)
+    arena = Arena([layout], scenario.arena, turn_rad=scenario.turn.turn_rad)
     smoothers = PerRobotSmoothers(scenario.graph) if scenario.graph.incremental else None
     return World(rows, layouts, first_scene(layouts, scenario), arena, standing, smoothers)
 

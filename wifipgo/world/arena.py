@@ -1,13 +1,14 @@
-"""The only place that knows pymunk: robots that drive and bump.
+"""The only place that knows pymunk: robots of several worlds that drive and bump.
 
 The engine is a cache, never the owner of what it moves: every drive starts from the poses that it is
 given, with bodies that touch nothing yet, so a drive depends on its arguments alone. Robots that can
-touch nothing on their way need no engine. Bodies never leave this module; positions come and go as
-arrays through ``pymunk.batch``, whose rows are in the order in which bodies joined the space and end
-with the static body.
+touch nothing on their way need no engine and move in one array operation for all worlds; of the worlds with
+others each gets a space of its own, so that it ends as it would alone. Bodies never leave this module;
+positions come and go as arrays through ``pymunk.batch``, whose rows are in the order in which bodies joined
+the space and end with the static body.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ import pymunk.batch
 from jaxtyping import Bool, Float, Int
 
 from wifipgo import se2
+from wifipgo.world.contacts import Contacts
 from wifipgo.world.layout import ArenaConfig, Layout
 from wifipgo.world.polygons import convex_parts
 
@@ -24,38 +26,82 @@ _SETTLE_SUBSTEPS = 3
 # An arrival that misses its waypoint by more than this was a bump.
 _MISS_M = 0.02
 _GRIP = 0.4
-# Robots further than this from anything that they could touch on their way drive it straight.
+# What stands further than this from all that a robot can reach stays out of its space.
 _CLEAR_M = 0.01
 
 
 class Drive(NamedTuple):
     """Where a drive ended, and for whom it ended early."""
 
-    poses: Float[np.ndarray, "robots 3"]
-    bumped: Bool[np.ndarray, " robots"]
+    poses: Float[np.ndarray, "rows 3"]
+    bumped: Bool[np.ndarray, " rows"]
 
 
 class Arena:
-    """Walls, obstacles and robots as pymunk has them; each drive puts those that may touch into a space."""
+    """Rooms of several worlds; each drive takes those that may touch something through the engine."""
 
-    def __init__(self, layout: Layout, cfg: ArenaConfig, *, turn_rad: float) -> None:
-        """Make bodies and shapes; each drive ends in a turn by ``turn_rad``."""
-        self._given = (layout, cfg, turn_rad)
-        self._cfg, self._turn_rad = cfg, turn_rad
-        self._step_m = cfg.steps_m(len(layout.starts))[:, None]
-        self._room_m = layout.walls_m.min(axis=(0, 1)), layout.walls_m.max(axis=(0, 1))
-        outlines_m = [(c.min(axis=0), c.max(axis=0)) for c in layout.obstacles_m]
-        self._boxes_m = np.array(outlines_m).reshape(-1, 2, 2)
+    def __init__(self, layouts: Sequence[Layout], cfg: ArenaConfig, *, turn_rad: float) -> None:
+        """Take the rooms as they are laid out; each drive ends in a turn by ``turn_rad``."""
+        self._given = (layouts, cfg, turn_rad)
+        self._turn_rad, self._n = turn_rad, len(layouts[0].starts)
+        step_m = cfg.steps_m(self._n)
+        self._step_m = np.tile(step_m, len(layouts))[:, None]
+        self._contacts = Contacts(layouts, radius_m=cfg.robot_radius_m, longest_m=float(step_m.max()))
+        self._rooms: list[_Room | None] = [None] * len(layouts)
+
+    def __reduce__(self) -> tuple[Callable[..., "Arena"], tuple[object, ...]]:
+        """Travel between processes as what it was built from: it holds nothing else that counts."""
+        return _rebuilt, self._given
+
+    def drive(self, poses: Float[np.ndarray, "rows 3"], waypoints: Float[np.ndarray, "rows 2"]) -> Drive:
+        """Drive every robot towards its waypoint for one iteration, then turn in place.
+
+        Velocities are set again a few times on the way, so a robot that was pushed or that
+        slid along a wall heads for its waypoint again; nothing moves faster than one step
+        length an iteration. An iteration lasts one unit of time.
+
+        Args:
+            poses: True poses before, ``T_world_robot``, world after world.
+            waypoints: In the body frame, in step lengths; longer than 1 is cut to 1.
+
+        Returns:
+            True poses after drive and turn, and who missed its waypoint.
+        """
+        length = se2.length(waypoints)[:, None]
+        goal_m = self._step_m * waypoints / np.maximum(length, 1.0)
+        start_m, target_m = poses[:, :2], se2.apply(poses, goal_m)
+        p_m = start_m + (target_m - start_m)
+        rows = self._contacts.may_touch(start_m, target_m).nonzero()[0]
+        for world in np.unique(rows // self._n).tolist() if len(rows) else ():
+            own = rows[rows // self._n == world]
+            p_m[own] = self._room(world).drive(own % self._n, start_m[own], target_m[own])
+        moved = length[:, 0] > 1e-6
+        yaw_rad = poses[:, 2] + np.where(moved, np.arctan2(waypoints[:, 1], waypoints[:, 0]), 0.0)
+        yaw_rad = se2.wrap_angle(yaw_rad + self._turn_rad)
+        bumped = se2.length(p_m - target_m) > _MISS_M
+        return Drive(np.concatenate([p_m, yaw_rad[:, None]], axis=1), bumped)
+
+    def _room(self, world: int) -> "_Room":
+        """The engine's objects of a world, made when they are first needed."""
+        room = self._rooms[world]
+        if room is None:
+            layouts, cfg, _ = self._given
+            room = self._rooms[world] = _Room(layouts[world], cfg)
+        return room
+
+
+class _Room:
+    """Walls, obstacles and robots of a world as pymunk has them."""
+
+    def __init__(self, layout: Layout, cfg: ArenaConfig) -> None:
+        """Make bodies and shapes."""
+        self._cfg, self._step_m = cfg, cfg.steps_m(len(layout.starts))[:, None]
         self._ground = pymunk.Body(body_type=pymunk.Body.STATIC)
         self._static = [*self._walls(layout), *self._obstacles(layout)]
         bounds = [shape.cache_bb() for shape in self._static]
         self._static_m = np.array([((b.left, b.bottom), (b.right, b.top)) for b in bounds])
         self._discs = [self._disc() for _ in layout.starts]
-        self._buffer = pymunk.batch.Buffer()
-
-    def __reduce__(self) -> tuple[Callable[..., "Arena"], tuple[object, ...]]:
-        """Travel between processes as what it was built from: it holds nothing else that counts."""
-        return _rebuilt, self._given
+        self._buffer, self._orders = pymunk.batch.Buffer(), pymunk.batch.Buffer()
 
     def _walls(self, layout: Layout) -> Iterator[pymunk.Shape]:
         """Walls grow outwards and are thick, so that nothing tunnels through them."""
@@ -77,56 +123,7 @@ class Arena:
         body = pymunk.Body(mass=1.0, moment=float("inf"))
         return body, _rough(pymunk.Circle(body, self._cfg.robot_radius_m))
 
-    def drive(self, poses: Float[np.ndarray, "robots 3"], waypoints: Float[np.ndarray, "robots 2"]) -> Drive:
-        """Drive every robot towards its waypoint for one iteration, then turn in place.
-
-        Velocities are set again a few times on the way, so a robot that was pushed or that
-        slid along a wall heads for its waypoint again; nothing moves faster than one step
-        length an iteration. An iteration lasts one unit of time.
-
-        Args:
-            poses: True poses before, ``T_world_robot``.
-            waypoints: In the body frame, in step lengths; longer than 1 is cut to 1.
-
-        Returns:
-            True poses after drive and turn, and who missed its waypoint.
-        """
-        length = se2.length(waypoints)[:, None]
-        goal_m = self._step_m * waypoints / np.maximum(length, 1.0)
-        start_m, target_m = poses[:, :2], se2.apply(poses, goal_m)
-        p_m = start_m + (target_m - start_m)
-        robots = self._may_touch(start_m, target_m).nonzero()[0]
-        if len(robots):
-            p_m[robots] = self._driven(robots, start_m[robots], target_m[robots])
-        moved = length[:, 0] > 1e-6
-        yaw_rad = poses[:, 2] + np.where(moved, np.arctan2(waypoints[:, 1], waypoints[:, 0]), 0.0)
-        yaw_rad = se2.wrap_angle(yaw_rad + self._turn_rad)
-        bumped = se2.length(p_m - target_m) > _MISS_M
-        return Drive(np.concatenate([p_m, yaw_rad[:, None]], axis=1), bumped)
-
-    def _may_touch(
-        self, start_m: Float[np.ndarray, "robots 2"], target_m: Float[np.ndarray, "robots 2"]
-    ) -> Bool[np.ndarray, " robots"]:
-        """Robots that may touch something: the box about their way meets a wall, an obstacle or another's.
-
-        A robot that touches something may leave its way, as far as a step: what that may meet joins.
-        """
-        reach_m = self._cfg.robot_radius_m + _CLEAR_M
-        low_m, high_m = np.minimum(start_m, target_m) - reach_m, np.maximum(start_m, target_m) + reach_m
-        outside = (low_m < self._room_m[0]) | (high_m > self._room_m[1])
-        touch = outside[:, 0] | outside[:, 1]
-        if len(self._boxes_m):
-            touch |= _meet(low_m, high_m, self._boxes_m[:, 0], self._boxes_m[:, 1]).any(axis=1)
-        touch |= _meet(low_m, high_m, low_m, high_m).sum(axis=1) > 1  # each meets itself
-        while touch.any() and not touch.all():
-            far_m = self._step_m[touch] + reach_m
-            near = _meet(low_m, high_m, start_m[touch] - far_m, start_m[touch] + far_m).any(axis=1)
-            if not (near & ~touch).any():
-                break
-            touch |= near
-        return touch
-
-    def _driven(
+    def drive(
         self,
         robots: Int[np.ndarray, " robots"],
         start_m: Float[np.ndarray, "robots 2"],
@@ -163,15 +160,20 @@ class Arena:
         step_m: Float[np.ndarray, "robots 1"],
     ) -> Float[np.ndarray, "robots 2"]:
         """Head for the targets, again and again, through whatever is in the way; then let overlaps settle."""
-        rounds = _COMMANDS_PER_DRIVE
+        rounds, velocity_m_s = (
+            _COMMANDS_PER_DRIVE,
+            np.zeros((len(target_m) + 1, 2)),
+        )  # the last is the ground's
         n_each = -(-self._cfg.n_substeps // rounds)  # as many in each, at least what is asked for
         for left in range(rounds, 0, -1):
             gap_m = target_m - self._positions(space)
             away_m = se2.length(gap_m)[:, None]
-            _command(space, gap_m * np.minimum(rounds / left, step_m / np.maximum(away_m, 1e-12)))
+            velocity_m_s[:-1] = gap_m * np.minimum(rounds / left, step_m / np.maximum(away_m, 1e-12))
+            self._command(space, velocity_m_s)
             for _ in range(n_each):
                 space.step(1.0 / (rounds * n_each))
-        _command(space, np.zeros_like(target_m))
+        velocity_m_s[:] = 0.0
+        self._command(space, velocity_m_s)
         for _ in range(_SETTLE_SUBSTEPS):
             space.step(1.0 / self._cfg.n_substeps)
         return self._positions(space)
@@ -181,6 +183,11 @@ class Arena:
         self._buffer.clear()
         pymunk.batch.get_space_bodies(space, pymunk.batch.BodyFields.POSITION, self._buffer)
         return np.frombuffer(self._buffer.float_buf(), dtype=np.float64).reshape(-1, 2)[:-1].copy()
+
+    def _command(self, space: pymunk.Space, velocity_m_s: Float[np.ndarray, "bodies 2"]) -> None:
+        """Write velocities; the static body's stays zero, or walls would drag robots."""
+        self._orders.set_float_buf(velocity_m_s)
+        pymunk.batch.set_space_bodies(space, pymunk.batch.BodyFields.VELOCITY, self._orders)
 
 
 def _space() -> pymunk.Space:
@@ -196,14 +203,6 @@ def _rough(shape: pymunk.Shape) -> pymunk.Shape:
     return shape
 
 
-def _command(space: pymunk.Space, velocity_m_s: Float[np.ndarray, "robots 2"]) -> None:
-    """Write velocities; the static body's row stays zero, or walls would drag robots."""
-    out, rows = pymunk.batch.Buffer(), np.zeros((len(velocity_m_s) + 1, 2))
-    rows[:-1] = velocity_m_s
-    out.set_float_buf(rows)
-    pymunk.batch.set_space_bodies(space, pymunk.batch.BodyFields.VELOCITY, out)
-
-
 def _meet(
     low_m: Float[np.ndarray, "boxes 2"],
     high_m: Float[np.ndarray, "boxes 2"],
@@ -215,5 +214,5 @@ def _meet(
     return meet[..., 0] & meet[..., 1]
 
 
-def _rebuilt(layout: Layout, cfg: ArenaConfig, turn_rad: float) -> Arena:
-    return Arena(layout, cfg, turn_rad=turn_rad)
+def _rebuilt(layouts: Sequence[Layout], cfg: ArenaConfig, turn_rad: float) -> Arena:
+    return Arena(layouts, cfg, turn_rad=turn_rad)

@@ -30,6 +30,10 @@ class Neighbours(NamedTuple):
     apart_m: Float[np.ndarray, " pairs"]
 
 
+_NONE = np.zeros(0, dtype=np.int64)
+_NOBODY = Neighbours(_NONE, _NONE, _NONE, np.zeros(0))
+
+
 def neighbours(p_m: Float[np.ndarray, "rows 2"], n_robots: int, range_m: float) -> Neighbours:
     """Pairs within range, of worlds of ``n_robots`` each; nobody is its own neighbour.
 
@@ -50,6 +54,8 @@ def _among_all(p_m: np.ndarray, n: int, range_m: float) -> Neighbours:
     near = apart_m <= range_m
     near.reshape(len(near), -1)[:, :: n + 1] = False
     row, peer = near.reshape(-1, n).nonzero()
+    if not len(row):
+        return _NOBODY
     return Neighbours(row, row - row % n + peer, peer, apart_m.ravel().take(row * n + peer))
 
 
