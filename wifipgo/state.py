@@ -17,6 +17,7 @@ from wifipgo.graph.edges import Edges
 from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
 from wifipgo.graph.smoother_updates import Smoothing
 from wifipgo.radio.channel.impairments import EpisodeImpairments
+from wifipgo.radio.propagation.scenes import Scenes
 from wifipgo.radio.propagation.surfaces import Surfaces
 from wifipgo.rendezvous import Calls
 from wifipgo.rows import Rows
@@ -37,7 +38,7 @@ class Scene(NamedTuple):
 
     faces_m: Float[np.ndarray, "worlds faces 2 2"]
     edges_m: Float[np.ndarray, "worlds edges 2 2"]
-    surfaces: Surfaces
+    surfaces: Surfaces | Scenes
 
 
 class World(NamedTuple):

@@ -11,7 +11,7 @@ from wifipgo.radio.channel import rates
 @pytest.mark.parametrize("snr_db", [0.0, 5.0, 12.0, 20.0])
 def test_a_flat_channel_has_its_own_snr(snr_db: float) -> None:
     flat = np.full((1, 30), 10.0 ** (snr_db / 10.0))
-    np.testing.assert_allclose(rates.esnr_db(flat), snr_db, atol=1e-6)
+    np.testing.assert_allclose(rates.esnr_db(flat), snr_db, atol=5e-5)
 
 
 def test_bpsk_error_rate_is_halperins() -> None:
@@ -30,7 +30,7 @@ def test_table_agrees_with_the_special_function() -> None:
     error_rate = scale * erfc(np.sqrt(snr[..., None] / spread)).mean(axis=1)
     exact = 10.0 * np.log10(spread * erfcinv(error_rate / scale) ** 2)
     clear = (error_rate > 1e-250) & (exact > -25.0)
-    assert np.abs(rates.esnr_db(snr) - exact)[clear].max() < 2e-3
+    assert np.abs(rates.esnr_db(snr) - exact)[clear].max() < 2e-4
 
 
 def test_effective_snr_lies_between_worst_and_mean() -> None:

@@ -17,7 +17,7 @@ from wifipgo.radio.channel.impairments import EpisodeImpairments
 from wifipgo.radio.links import Links
 from wifipgo.radio.turn_profiles import listen
 from wifipgo.rendezvous import NOBODY, Calls, choose_slots
-from wifipgo.rows import Chance
+from wifipgo.rows import Chance, Generators, Rows
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Paths
 from wifipgo.world.sensing import RelativePoses, indices
@@ -32,16 +32,16 @@ class Heard(NamedTuple):
     """Profiles by slot and by link, and their peaks, found once.
 
     Attributes:
-        slots: Neighbours that each robot listens to, `NOBODY` where empty.
+        slots: Peers that each robot listens to, `NOBODY` where empty.
         by_slot: Profile of each slot, zeros where empty.
-        row: Link of a receiver and a sender, `NOBODY` where there is none.
+        row: Link of a receiver and a peer that it hears, `NOBODY` where there is none.
         profile: Of each link.
         peaks: Of each link, if anything makes use of directions; else of none.
     """
 
-    slots: Int[np.ndarray, "robots slots"]
-    by_slot: Float[np.ndarray, "robots slots grid"]
-    row: Int[np.ndarray, "robots robots"]
+    slots: Int[np.ndarray, "rows slots"]
+    by_slot: Float[np.ndarray, "rows slots grid"]
+    row: Int[np.ndarray, "rows peers"]
     profile: Float[np.ndarray, "links grid"]
     peaks: Peaks
 
@@ -49,22 +49,23 @@ class Heard(NamedTuple):
 def listen_to_team(
     links: Links,
     calls: Calls,
-    seen: Bool[np.ndarray, "robots robots"],
-    yaw_rad: Float[np.ndarray, " robots"],
+    seen: Bool[np.ndarray, "rows peers"],
+    yaw_rad: Float[np.ndarray, " rows"],
     standing: EpisodeImpairments,
     *,
     scenario: Scenario,
     rng: Chance,
 ) -> Heard:
     """Profiles of every slot, and of every robot in view where they guard against outliers."""
-    n, cfg = len(yaw_rad), scenario.graph
+    cfg, rows = scenario.graph, Rows.of(*seen.shape)
     slots = choose_slots(calls, links.rate_mbit_s, links.esnr_db, scenario.n_slots)
     wanted = seen & OUTLIER_METHODS[cfg.outliers].listens
     robot, slot = np.nonzero(slots != NOBODY)
     wanted[robot, slots[robot, slot]] = True
-    receiver, sender = np.nonzero(wanted)
-    row = np.full((n, n), NOBODY)
-    row[receiver, sender] = np.arange(len(receiver))
+    receiver, peer = np.nonzero(wanted)
+    row = np.full(seen.shape, NOBODY)
+    row[receiver, peer] = np.arange(len(receiver))
+    sender = receiver - rows.peer(receiver) + peer
     profile = _profiles(links, receiver, sender, yaw_rad, standing, scenario=scenario, rng=rng)
     by_slot = np.zeros((*slots.shape, scenario.turn.n_azimuths), dtype=np.float32)
     by_slot[robot, slot] = profile[row[robot, slots[robot, slot]]]
@@ -77,23 +78,33 @@ def _profiles(
     links: Links,
     receiver: Int[np.ndarray, " links"],
     sender: Int[np.ndarray, " links"],
-    yaw_rad: Float[np.ndarray, " robots"],
+    yaw_rad: Float[np.ndarray, " rows"],
     standing: EpisodeImpairments,
     *,
     scenario: Scenario,
     rng: Chance,
 ) -> Float[np.ndarray, "links grid"]:
     """One profile for each link, in one product for each kind of antennas that a receiver carries."""
-    hear = functools.partial(listen, links, yaw_rad=yaw_rad, rng=rng, standing=standing)
+    rows = Rows.of(*links.rate_mbit_s.shape)
+    hear = functools.partial(listen, links, yaw_rad=yaw_rad, standing=standing)
     if not scenario.turn.antenna_scale:
-        return hear(receiver, sender, radio=scenario.radio, turn=scenario.turn)
-    scale = np.array(scenario.turn.antenna_scale)[receiver]
+        own = _chance_of(rng, receiver, rows)
+        return hear(receiver, sender, radio=scenario.radio, turn=scenario.turn, rng=own)
+    scale = np.array(scenario.turn.antenna_scale)[rows.peer(receiver)]
     profile = np.zeros((len(receiver), scenario.turn.n_azimuths), dtype=np.float32)
     for one in np.unique(scale).tolist():
-        rows = np.flatnonzero(scale == one)
+        alike = np.flatnonzero(scale == one)
         radio, turn = _scaled(scenario.radio, scenario.turn, one)
-        profile[rows] = hear(receiver[rows], sender[rows], radio=radio, turn=turn)
+        own = _chance_of(rng, receiver[alike], rows)
+        profile[alike] = hear(receiver[alike], sender[alike], radio=radio, turn=turn, rng=own)
     return profile
+
+
+def _chance_of(rng: Chance, receiver: Int[np.ndarray, " links"], rows: Rows) -> Chance:
+    """Chance of links, each by the world of its receiver."""
+    if isinstance(rng, Generators):
+        return rng.per(np.bincount(rows.world(receiver), minlength=rows.n_worlds))
+    return rng
 
 
 @functools.lru_cache(maxsize=64)
@@ -143,8 +154,9 @@ def bearings_of(others: RelativePoses, heard: Heard, scenario: Scenario) -> Bear
 
 def _peaks_along(others: RelativePoses, heard: Heard) -> Peaks:
     """Peaks of the link along each measurement."""
-    rows = heard.row[others.tail[:, 0], others.head[:, 0]]
-    return Peaks(*(column[rows] for column in heard.peaks))
+    peer = others.head[:, 0] % heard.row.shape[1]
+    link = heard.row[others.tail[:, 0], peer]
+    return Peaks(*(column[link] for column in heard.peaks))
 
 
 def pings_of(heard: Heard, paths: Paths, scenario: Scenario) -> Pings:
@@ -152,8 +164,9 @@ def pings_of(heard: Heard, paths: Paths, scenario: Scenario) -> Pings:
     if not scenario.graph.aoa_factors:
         return NO_PINGS
     robot, slot = np.nonzero(heard.slots != NOBODY)
-    other = heard.slots[robot, slot]
-    peaks = Peaks(*(column[heard.row[robot, other]] for column in heard.peaks))
+    peer = heard.slots[robot, slot]
+    other = robot - robot % heard.row.shape[1] + peer
+    peaks = Peaks(*(column[heard.row[robot, peer]] for column in heard.peaks))
     loud = peaks.height[:, 0] > 0.0
     robot, other = robot[loud], other[loud]
     return Pings(

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from wifipgo.radio.propagation.materials import Slab
-from wifipgo.radio.propagation.paths import surfaces_of
+from wifipgo.radio.propagation.scenes import Scenes
+from wifipgo.radio.propagation.surfaces import Surfaces, surfaces_of
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Scene, Truth, World
 from wifipgo.world.layout import Layout, padded
@@ -13,17 +14,35 @@ from wifipgo.world.layout import Layout, padded
 
 def first_scene(layouts: Sequence[Layout], scenario: Scenario) -> Scene:
     """The scene of some layouts, one a world."""
-    cfg, layout = scenario.arena, layouts[0]
     faces_m = [one.faces_m for one in layouts]
     edges_m = [np.concatenate([one.walls_m, own]) for one, own in zip(layouts, faces_m, strict=True)]
-    surfaces = surfaces_of(
+    return Scene(padded(faces_m), padded(edges_m), scenes_of(layouts, scenario))
+
+
+def scenes_of(layouts: Sequence[Layout], scenario: Scenario) -> Surfaces | Scenes:
+    """The layouts of several worlds as the radio sees them: one scene for all where they are alike."""
+    if all(_alike(layout, layouts[0]) for layout in layouts[1:]):
+        return _surfaces_of(layouts[0], scenario)
+    return Scenes.of([_surfaces_of(layout, scenario) for layout in layouts])
+
+
+def _surfaces_of(layout: Layout, scenario: Scenario) -> Surfaces:
+    """A layout as the radio sees it."""
+    cfg = scenario.arena
+    return surfaces_of(
         layout.walls_m,
         layout.obstacles_m,
         carrier_hz=scenario.radio.carrier_hz,
         wall=Slab(cfg.wall_material, cfg.wall_thickness_m),
         obstacle=Slab(cfg.obstacle_material, cfg.obstacle_thickness_m),
     )
-    return Scene(padded(faces_m), padded(edges_m), surfaces)
+
+
+def _alike(a: Layout, b: Layout) -> bool:
+    """Whether the same stands in two rooms."""
+    if len(a.obstacles_m) != len(b.obstacles_m) or not np.array_equal(a.walls_m, b.walls_m):
+        return False
+    return all(np.array_equal(*corners) for corners in zip(a.obstacles_m, b.obstacles_m, strict=True))
 
 
 def scene_of(world: World, truth: Truth) -> Scene:

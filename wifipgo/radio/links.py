@@ -1,80 +1,97 @@
 """Who hears whom: paths, effective SNR and rate of every pair (paper Eq. 1)."""
 
-import functools
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo.arithmetic import harmless_underflow
+from wifipgo.errors import require
 from wifipgo.radio.channel import csi, rates
 from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.impairments import EpisodeImpairments
-from wifipgo.radio.propagation.diffuse_scattering import with_diffuse
-from wifipgo.radio.propagation.paths import Paths, trace_paths
+from wifipgo.radio.pairs import TracedPairs, all_pairs
+from wifipgo.radio.propagation.paths import Medium, Paths
+from wifipgo.radio.propagation.scenes import Scenes, scenes_of
 from wifipgo.radio.propagation.surfaces import Surfaces
+from wifipgo.rows import Rows
+
+# Rays looked at in one go: working arrays of some 100 kB stay in the cache.
+_BLOCK = 1 << 13
+_NO_ESNR_DB = -30.0
 
 
 class Links(NamedTuple):
-    """State of the links between all pairs; the channel is reciprocal, so both tables are symmetric.
+    """State of the links between all pairs of each world; the channel is reciprocal, so tables are symmetric.
+
+    Rows are robots of all worlds, columns the numbers of their peers in the same world.
 
     Attributes:
-        esnr_db: Effective SNR for 64-QAM, which saturates last; -30 on the diagonal.
+        esnr_db: Effective SNR for 64-QAM, which saturates last; -30 where not even a ping passes.
         rate_mbit_s: rho_ij of paper Eq. 1; 0 where not even a ping passes, and on the diagonal.
-        paths: Propagation paths, one row per pair, from its lower to its higher robot.
-        row: Row of each pair in ``paths``.
+        row: Row of each pair in ``paths``; 0 on the diagonal.
+        pairs: The pairs, whose paths are worked out where they are asked for.
     """
 
-    esnr_db: Float[np.ndarray, "robots robots"]
-    rate_mbit_s: Float[np.ndarray, "robots robots"]
-    paths: Paths
-    row: Int[np.ndarray, "robots robots"]
+    esnr_db: Float[np.ndarray, "rows peers"]
+    rate_mbit_s: Float[np.ndarray, "rows peers"]
+    row: Int[np.ndarray, "rows peers"]
+    pairs: TracedPairs
+
+    @property
+    def paths(self) -> Paths:
+        """Propagation paths, one row per pair, from its lower to its higher robot."""
+        return self.pairs.paths
+
+    def between(self, a: Int[np.ndarray, " links"], b: Int[np.ndarray, " links"]) -> Paths:
+        """Paths from the lower to the higher robot of some pairs, given as rows."""
+        row = self.row[a, b % self.row.shape[1]]
+        if 2 * len(row) < len(self.pairs.pairs.low):
+            return self.pairs.some(row)
+        return self.paths.only(row)
 
 
 @harmless_underflow
 def probe_links(
-    p_m: Float[np.ndarray, "robots 2"],
-    surfaces: Surfaces,
+    p_m: Float[np.ndarray, "rows 2"],
+    surfaces: Surfaces | Scenes,
     cfg: RadioConfig,
     standing: EpisodeImpairments | None = None,
+    *,
+    rows: Rows | None = None,
 ) -> Links:
-    """Trace the paths of every pair and find which rate each link carries.
+    """Trace the paths of every pair of each world and find which rate each link carries.
 
-    A pair without any path has rate 0, which is what "no link" is.
+    A pair without any path has rate 0, which is what "no link" is. A link is the same, to the bit, whatever
+    else there is.
 
     Args:
-        p_m: Robots in the world.
-        surfaces: The scene.
+        p_m: Robots of all worlds.
+        surfaces: The scene of all worlds, or the scenes of each.
         cfg: Transmitters and receivers.
         standing: What the episode keeps; only its diffuse cluster matters here.
+        rows: Which robots are of which world; one world without.
     """
-    n = len(p_m)
-    low, high, row = _pairs(n)
-    paths = trace_paths(
-        p_m[low],
-        p_m[high],
-        surfaces,
-        carrier_hz=cfg.carrier_hz,
-        max_order=cfg.max_order,
-        penetration=cfg.penetration,
-    )
-    if standing is not None and standing.diffuse is not None:
-        paths = with_diffuse(paths, p_m[low], p_m[high], standing.diffuse, carrier_hz=cfg.carrier_hz)
-    channel = csi.centre_channel(paths, bandwidth_hz=cfg.bandwidth_hz)
-    power = channel.real**2 + channel.imag**2
-    carried, shown_db = rates.rate_and_esnr(np.float32(cfg.snr_scale) * power, bandwidth_hz=cfg.bandwidth_hz)
-    rate, esnr = carried.take(row), shown_db.take(row)
-    itself = slice(None, None, n + 1)
-    rate.flat[itself], esnr.flat[itself] = 0.0, -30.0
-    return Links(esnr, rate, paths, row)
+    rows, scenes = rows or Rows(1, len(p_m)), scenes_of(surfaces)
+    require(len(rows) == len(p_m), "rows", f"those of {len(p_m)} robots", rows)
+    pairs, row = all_pairs(rows)
+    medium = Medium(scenes, cfg.carrier_hz, cfg.max_order, cfg.penetration)
+    diffuse = None if standing is None else standing.diffuse
+    traced = TracedPairs.between(p_m, pairs, rows=rows, medium=medium, diffuse=diffuse)
+    rate, esnr_db = np.empty((2, len(pairs.low)))
+    step = max(64, _BLOCK // scenes.n_lines)
+    for begin in range(0, len(rate), step):
+        block = slice(begin, begin + step)
+        rate[block], esnr_db[block] = _carried(traced, block, cfg)
+    esnr_db[rate == 0.0] = _NO_ESNR_DB
+    return Links(pairs.table(esnr_db, _NO_ESNR_DB, rows), pairs.table(rate, 0.0, rows), row, traced)
 
 
-@functools.lru_cache(maxsize=8)
-def _pairs(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lower and higher robot of every pair, and the table that finds a pair's row."""
-    low, high = np.triu_indices(n, 1)
-    row = np.zeros((n, n), dtype=np.int64)
-    row[low, high] = row[high, low] = np.arange(len(low))
-    for array in (low, high, row):
-        array.setflags(write=False)
-    return low, high, row
+def _carried(pairs: TracedPairs, block: slice, cfg: RadioConfig) -> tuple[np.ndarray, np.ndarray]:
+    """Rate and effective SNR of some pairs."""
+    gain, delay_s = pairs.columns(block)
+    channel = csi.combed_channel(gain, delay_s, bandwidth_hz=cfg.bandwidth_hz)
+    snr = np.square(channel.real)
+    snr += np.square(channel.imag)
+    snr *= np.float32(cfg.snr_scale)
+    return rates.carried(snr, bandwidth_hz=cfg.bandwidth_hz)

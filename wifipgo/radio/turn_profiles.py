@@ -13,8 +13,10 @@ from wifipgo.errors import require
 from wifipgo.radio.aoa.estimators import AoaConfig, least_packets, pair_profiles, turn_headings
 from wifipgo.radio.aoa.steering import azimuth_grid, turn_steering
 from wifipgo.radio.channel import csi
+from wifipgo.radio.channel.bands import band_of
 from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.impairments import EpisodeImpairments, ImpairmentConfig, true_headings
+from wifipgo.radio.channel.receiver import draw_reception, receive
 from wifipgo.radio.links import Links
 from wifipgo.radio.propagation.paths import Paths
 from wifipgo.rows import Chance
@@ -22,12 +24,15 @@ from wifipgo.rows import Chance
 Antennas = tuple[Sequence[float], ...]
 
 
+# Links looked at in one go: their CSI stays in the cache.
+_BLOCK = 32
+
+
 def _towards(links: Links, receiver: np.ndarray, sender: np.ndarray) -> Paths:
     """Paths of each link as its receiver sees them."""
-    row = links.row[receiver, sender]
-    chosen = Paths(*(column.take(row, axis=0) for column in links.paths))
-    arrives = np.where((receiver > sender)[:, None], chosen.azimuth_rx_rad, chosen.azimuth_tx_rad)
-    return chosen._replace(azimuth_rx_rad=arrives)
+    paths = links.between(receiver, sender)
+    arrives = np.where((receiver > sender)[:, None], paths.azimuth_rx_rad, paths.azimuth_tx_rad)
+    return paths._replace(azimuth_rx_rad=arrives)
 
 
 class _Schedule(NamedTuple):
@@ -108,7 +113,7 @@ def listen(
     links: Links,
     receiver: Int[np.ndarray, " links"],
     sender: Int[np.ndarray, " links"],
-    yaw_rad: Float[np.ndarray, " robots"],
+    yaw_rad: Float[np.ndarray, " rows"],
     *,
     radio: RadioConfig,
     turn: AoaConfig,
@@ -119,12 +124,12 @@ def listen(
 
     Args:
         links: This iteration's links.
-        receiver: Robot that turns, per link.
-        sender: Robot that it listens to, per link.
+        receiver: Row of the robot that turns, per link.
+        sender: Row of the robot of the same world that it listens to, per link.
         yaw_rad: True headings at the end of the turn, which are the body frames.
         radio: Transmitter and receiver.
         turn: Turn and estimator.
-        rng: The channel's stream.
+        rng: The channel's stream; of several worlds, for as many links as each has here.
         standing: Impairments; the defaults of `ImpairmentConfig` without.
 
     Returns:
@@ -134,15 +139,24 @@ def listen(
     cfg = ImpairmentConfig() if standing is None else standing.cfg
     schedule = _schedule(turn, radio.antennas_m, radio.wavelength_m)
     heading_rad = true_headings(yaw_rad[receiver, None] + schedule.relative_rad[None], cfg, rng=rng)
-    received = csi.received_csi(
-        _channel(_towards(links, receiver, sender), heading_rad, radio, turn),
-        snr_scale=radio.snr_scale,
-        rng=rng,
-        cfg=cfg,
-        chain_rad=None if standing is None or cfg.chain_phase_rad == 0.0 else standing.chain_rad[receiver],
-        bandwidth_hz=radio.bandwidth_hz,
-        skip_common_phase=True,
-    )
-    arrived = _arrived(received, links.rate_mbit_s[receiver, sender] > 0.0, cfg)
-    received[arrived < least_packets(turn)] = 0.0
-    return _profiles(received, arrived, schedule, turn)
+    paths, n_antennas = _towards(links, receiver, sender), len(radio.antennas_m) or 2
+    n_subcarriers = len(band_of(radio.bandwidth_hz).subcarriers)
+    drawn = draw_reception((len(receiver), n_antennas, turn.n_positions, n_subcarriers), cfg, rng=rng)
+    linked = links.rate_mbit_s[receiver, sender % links.rate_mbit_s.shape[1]] > 0.0
+    chain_rad = None if standing is None or cfg.chain_phase_rad == 0.0 else standing.chain_rad[receiver]
+    out = np.empty((len(receiver), turn.n_azimuths), dtype=np.float32)
+    for begin in range(0, len(receiver), _BLOCK):
+        block = slice(begin, begin + _BLOCK)
+        received = receive(
+            _channel(Paths(*(column[block] for column in paths)), heading_rad[block], radio, turn),
+            drawn.of(block),
+            cfg,
+            snr_scale=radio.snr_scale,
+            chain_rad=None if chain_rad is None else chain_rad[block],
+            bandwidth_hz=radio.bandwidth_hz,
+            skip_common_phase=True,
+        )
+        arrived = _arrived(received, linked[block], cfg)
+        received[arrived < least_packets(turn)] = 0.0
+        out[block] = _profiles(received, arrived, schedule, turn)
+    return out

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, Complex64, Float, Float32
+from jaxtyping import Complex, Complex64, Float, Float32, Inexact, Int
 
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import require, require_within
@@ -38,7 +38,6 @@ __all__ = [
 THERMAL_NOISE_DBM_PER_HZ = -174.0
 # Those of a 20 MHz channel; others in `wifipgo.radio.channel.bands`.
 REPORTED_SUBCARRIERS = BANDS[20e6].subcarriers
-_FEW_LINKS = 40  # of which the sines cost less than the calls that save them
 _MAX_ANTENNAS = 3  # as many as an Intel 5300 has
 # No robot comes near; beyond, phases lose their digits and directions between antennas their meaning.
 FARTHEST_ANTENNA_M, CLOSEST_ANTENNAS_M = 10.0, 1e-4
@@ -143,53 +142,77 @@ def _subcarriers_f32(bandwidth_hz: float) -> Float32[np.ndarray, " subcarriers"]
 @harmless_underflow
 def centre_channel(paths: Paths, *, bandwidth_hz: float = 20e6) -> Complex[np.ndarray, "links subcarriers"]:
     """Noise-free channel at the receiver's centre, gain per subcarrier."""
-    if len(paths.gain) > _FEW_LINKS:
-        return _channel_by_doubling(paths, bandwidth_hz)
-    each = subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz)
-    found: np.ndarray = np.matmul(paths.gain[:, None].astype(np.complex64), each)[:, 0]
-    return found
+    place = _comb(bandwidth_hz).place
+    found = combed_channel(paths.gain.T, paths.delay_s.T, bandwidth_hz=bandwidth_hz)
+    return found.take(place, axis=0).T
 
 
-def _channel_by_doubling(paths: Paths, bandwidth_hz: float) -> Complex[np.ndarray, "links subcarriers"]:
-    """The same for many links.
+def combed_channel(
+    gain: Inexact[np.ndarray, "paths links"],
+    delay_s: Float[np.ndarray, "paths links"],
+    *,
+    bandwidth_hz: float,
+) -> Complex64[np.ndarray, "subcarriers links"]:
+    """The same with links last and the subcarriers in another order, which no mean over them minds.
 
     Between subcarriers as far apart a path turns by the same factor, so most are products of others: twice as
-    many with each multiplication, which costs a fraction of as many sines and errs by a few roundings.
+    many with each multiplication, which costs a fraction of as many sines and errs by a few roundings. Paths
+    are added one by one, so that a link has the same channel, to the bit, in any company.
     """
-    combs = _combs(bandwidth_hz)
-    turns = combs.indices[:, None, None] * (-SUBCARRIER_SPACING_HZ * paths.delay_s.T)
-    *firsts, power = _phasors((2.0 * np.pi * _within_a_turn(turns)).astype(np.float32))
-    gain, powers = paths.gain.T.astype(np.complex64), [power]
-    each = np.empty((combs.ends[-1], *gain.shape), dtype=np.complex64)
-    for first, start, end in zip(firsts, (0, *combs.ends), combs.ends, strict=False):
-        np.multiply(first, gain, out=each[start])
-        done, k = 1, 0
-        while done < end - start:
-            if k == len(powers):
-                powers.append(powers[-1] * powers[-1])
-            more, at = min(done, end - start - done), start + done
-            np.multiply(each[start : start + more], powers[k], out=each[at : at + more])
-            done, k = done + more, k + 1
-    found: np.ndarray = each.sum(axis=1).T
-    return found
+    comb, (n_paths, n_links) = _comb(bandwidth_hz), gain.shape
+    turns = comb.indices[:, None, None] * (-SUBCARRIER_SPACING_HZ * delay_s)
+    phasors = _phasors((2.0 * np.pi * _within_a_turn(turns)).astype(np.float32))
+    *firsts, power = phasors[len(comb.rest) :]
+    narrow = gain.astype(np.complex64)
+    each = np.empty((n_paths, len(firsts), comb.length, n_links), dtype=np.complex64)
+    for run, first in enumerate(firsts):
+        np.multiply(first, narrow, out=each[:, run, 0])
+    done = 1
+    while done < comb.length:
+        more = min(done, comb.length - done)
+        np.multiply(each[:, :, :more], power[:, None, None], out=each[:, :, done : done + more])
+        power, done = power * power if done + more < comb.length else power, done + more
+    rows = each.reshape(n_paths, -1, n_links)
+    for row, phasor in zip(comb.rest, phasors, strict=False):
+        np.multiply(phasor, narrow, out=rows[:, row])
+    total: np.ndarray = rows[0]
+    for more_of_it in rows[1:]:
+        total += more_of_it
+    return total
 
 
-class _Combs(NamedTuple):
-    """Reported subcarriers as runs that are equally far apart: the first of each, then the distance; ends."""
+class _Comb(NamedTuple):
+    """Reported subcarriers as runs of one length that are equally far apart.
 
-    indices: Float[np.ndarray, " runs+1"]
-    ends: tuple[int, ...]
+    Attributes:
+        indices: Subcarriers that are in no run, the first of each run, and the distance within runs.
+        length: Of each run.
+        rest: Rows of the runs that are no reported subcarrier, and hold those that are in no run.
+        place: Row of each reported subcarrier.
+    """
+
+    indices: Float[np.ndarray, " _"]
+    length: int
+    rest: tuple[int, ...]
+    place: Int[np.ndarray, " subcarriers"]
 
 
 @functools.lru_cache(maxsize=len(BANDS))
-def _combs(bandwidth_hz: float) -> _Combs:
+def _comb(bandwidth_hz: float) -> _Comb:
     """Runs of a band."""
     subcarriers = band_of(bandwidth_hz).subcarriers
     gaps = np.diff(subcarriers)
     apart = np.bincount(gaps).argmax()
     starts = np.append(0, np.flatnonzero(gaps != apart) + 1)
-    indices = np.append(subcarriers[starts], apart).astype(float)
-    return _Combs(indices, (*starts[1:].tolist(), len(subcarriers)))
+    lengths = np.diff(starts, append=len(subcarriers))
+    firsts, alone = subcarriers[starts[lengths > 1]], subcarriers[starts[lengths == 1]]
+    rows = (firsts[:, None] + apart * np.arange(lengths.max())).ravel()
+    rest = np.flatnonzero(~np.isin(rows, subcarriers))
+    require(len(rest) == len(alone), "subcarriers", "runs of one length but for single ones", subcarriers)
+    rows[rest] = alone
+    place = np.argsort(rows)[np.searchsorted(np.sort(rows), subcarriers)]
+    indices = np.concatenate([alone, firsts, [apart]]).astype(float)
+    return _Comb(indices, int(lengths.max()), tuple(rest.tolist()), place)
 
 
 @harmless_underflow

@@ -75,25 +75,29 @@ class EpisodeImpairments(NamedTuple):
 
     Attributes:
         cfg: The configuration.
-        chain_rad: Phase offset of each robot's receive chains.
+        chain_rad: Phase offset of each robot's receive chains, robots of all worlds one after the other.
         diffuse: Scatterers of the diffuse cluster, or None.
     """
 
     cfg: ImpairmentConfig
-    chain_rad: Float[np.ndarray, "robots antennas"]
+    chain_rad: Float[np.ndarray, "rows antennas"]
     diffuse: Diffuse | None
 
 
 def draw_episode_impairments(
-    cfg: ImpairmentConfig, *, n_robots: int, n_antennas: int, size_m: float, rng: Chance
+    cfg: ImpairmentConfig, *, n_robots: int, n_antennas: int, size_m: float, rng: Chance, n_worlds: int = 1
 ) -> EpisodeImpairments:
-    """Draw what holds for a whole episode in a room of ``size_m`` x ``size_m``."""
-    chain_rad = cfg.chain_phase_rad * rng.standard_normal((n_robots, n_antennas))
+    """Draw what holds for a whole episode of each world in rooms of ``size_m`` x ``size_m``."""
+    chain_rad = cfg.chain_phase_rad * rng.standard_normal((n_worlds * n_robots, n_antennas))
     chain_rad[:, 0] = 0.0
     diffuse = None
     if cfg.diffuse_ratio > 0.0:
         diffuse = draw_diffuse(
-            ratio=cfg.diffuse_ratio, spread_rad=cfg.diffuse_spread_rad, size_m=size_m, rng=rng
+            ratio=cfg.diffuse_ratio,
+            spread_rad=cfg.diffuse_spread_rad,
+            size_m=size_m,
+            rng=rng,
+            n_worlds=n_worlds,
         )
     return EpisodeImpairments(cfg, chain_rad, diffuse)
 

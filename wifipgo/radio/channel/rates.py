@@ -20,18 +20,29 @@ from wifipgo.radio.channel.bands import BANDS, band_of
 # QPSK, 16-QAM and 64-QAM (Halperin et al., Table 2).
 _BER_SCALE = np.array([1.0, 1.0, 3.0 / 4.0, 7.0 / 12.0])
 _SNR_SPREAD = np.array([1.0, 2.0, 10.0, 42.0])
-# Log error rates by dB, a row per modulation. Linear interpolation errs by less than 1e-3 dB, also in single
-# precision, does not underflow where the rate itself would, and costs a quarter of the special function.
-_STEP_DB = 0.025
-_TABLE_DB = np.arange(-60.0, 60.0 + _STEP_DB, _STEP_DB)
-_LOG_BER = np.log(_BER_SCALE)[:, None] + log_ndtr(
-    -np.sqrt(2.0 * 10.0 ** (_TABLE_DB / 10.0) / _SNR_SPREAD[:, None])
+# Log error rates as straight pieces, a row per modulation: `below + rise * snr`, 64 pieces an octave. Which
+# piece is read off the exponent and first digits of a number in single precision. They err by less than
+# 1e-4 dB, do not underflow where the rate itself would, and cost a fraction of the special function.
+_PIECES, _DIGITS = 64, 23 - 6  # an octave, and the binary digits that a piece leaves
+_LEAST_SNR, _MOST_SNR = 2.0**-20, 2.0**20
+_FIRST_PIECE = int(np.float32(_LEAST_SNR).view(np.int32)) >> _DIGITS
+_KNOTS = np.append(np.arange(_FIRST_PIECE, _FIRST_PIECE + 40 * _PIECES), 0).astype(np.int32) << _DIGITS
+_SNR = np.append(_KNOTS[:-1].view(np.float32).astype(float), _MOST_SNR)
+_LOG_BER = np.log(_BER_SCALE)[:, None] + log_ndtr(-np.sqrt(2.0 * _SNR / _SNR_SPREAD[:, None]))
+_RISE = np.diff(_LOG_BER) / np.diff(_SNR)
+_BELOW = _LOG_BER[:, :-1] - _RISE * _SNR[:-1]
+_RISES, _BELOWS = (np.append(table, table[:, -1:], axis=1).astype(np.float32) for table in (_RISE, _BELOW))
+# The way back: the piece by the logarithm of how far a log error rate is below that without any signal.
+_LOG_BER_AT_0 = np.log(0.5 * _BER_SCALE)
+_STEP, _LOWEST = 1.0 / 256.0, -8.0
+_DEPTHS = _LOWEST + _STEP * (np.arange(round((15.0 - _LOWEST) / _STEP)) + 0.5)
+_PIECE_AT = np.stack(
+    [
+        np.searchsorted(at_0 - log_ber[1:-1], np.exp(_DEPTHS)).astype(np.intp)
+        for at_0, log_ber in zip(_LOG_BER_AT_0, _LOG_BER, strict=True)
+    ]
 )
-_MINUS_LOG_BER = -_LOG_BER  # ascends, as interpolation wants it
-_TABLE = _LOG_BER.astype(np.float32)
-_TABLE_RISE = np.diff(_LOG_BER, axis=1, append=_LOG_BER[:, -1:]).astype(np.float32)
 
-_LEAST_SNR = 1.001e-6  # rounding must not lead below the tables
 _LEAST_ESNR_DB = -30.0
 _SLACK_DB = 0.01  # far more than the tables err
 
@@ -77,47 +88,54 @@ def esnr_db(snr: Float[np.ndarray, "links subcarriers"]) -> Float[np.ndarray, "l
     Returns:
         Effective SNR, in [-30, 60] dB.
     """
-    places = _Places.of(snr)
+    places = _Places.of(snr.T)
     return np.stack([_flat_snr_db(places, modulation) for modulation in range(4)], axis=-1)
 
 
 class _Places(NamedTuple):
-    """Where SNRs lie in the tables: the entry below, and how far to the next.
+    """SNRs, and which piece of the tables each is on.
 
     Links come last, which makes sums over subcarriers fast.
     """
 
-    below: Int[np.ndarray, "subcarriers links"]
-    beyond: Float32[np.ndarray, "subcarriers links"]
+    snr: Float32[np.ndarray, "subcarriers links"]
+    piece: Int[np.ndarray, "subcarriers links"]
 
     def only(self, links: Int[np.ndarray, " some"]) -> "_Places":
         """Some of the links."""
         return _Places(*(column.take(links, axis=-1) for column in self))
 
     @classmethod
-    def of(cls, snr: Float[np.ndarray, "links subcarriers"]) -> "_Places":
+    def of(cls, snr: Float[np.ndarray, "subcarriers links"]) -> "_Places":
         """Look SNRs up."""
-        place = np.maximum(snr.T, _LEAST_SNR, order="C", dtype=np.float32, casting="same_kind")
-        np.log10(place, out=place)
-        place *= 10.0 / _STEP_DB
-        place -= _TABLE_DB[0] / _STEP_DB
-        np.minimum(place, len(_TABLE_DB) - 1.0, out=place)
-        below = np.floor(place)
-        place -= below
-        return cls(below.astype(np.intp), place)
+        within = np.empty(snr.shape, dtype=np.float32)
+        np.clip(snr, _LEAST_SNR, _MOST_SNR, out=within, casting="same_kind")
+        piece = np.right_shift(within.view(np.int32), _DIGITS, dtype=np.intp)
+        piece -= _FIRST_PIECE
+        return cls(within, piece)
 
 
 def _flat_snr_db(places: _Places, modulation: int) -> Float[np.ndarray, " links"]:
     """SNR of the flat channel with the same mean error rate, dB."""
-    log_ber = _TABLE_RISE[modulation].take(places.below)
-    log_ber *= places.beyond
-    log_ber += _TABLE[modulation].take(places.below)
+    log_ber = _RISES[modulation].take(places.piece)
+    log_ber *= places.snr
+    log_ber += _BELOWS[modulation].take(places.piece)
     highest = np.maximum.reduce(log_ber)
     log_ber -= highest
     np.exp(log_ber, out=log_ber)
-    highest += np.log(np.add.reduce(log_ber) / len(log_ber))
-    flat_db = np.interp(-highest, _MINUS_LOG_BER[modulation], _TABLE_DB)
-    return np.maximum(flat_db, _LEAST_ESNR_DB)
+    # One after the other, which adds up to the same bits for any number of links.
+    total = np.add.accumulate(log_ber, out=log_ber)[-1]
+    highest += np.log(total * np.float32(1.0 / len(log_ber)))
+    return _snr_db(highest.astype(float), modulation)
+
+
+def _snr_db(log_ber: Float[np.ndarray, " links"], modulation: int) -> Float[np.ndarray, " links"]:
+    """SNR of a flat channel with these log error rates, dB, by the same pieces."""
+    depth = np.maximum(_LOG_BER_AT_0[modulation] - log_ber, 1e-9)
+    at = ((np.log(depth) - _LOWEST) * (1.0 / _STEP)).astype(np.intp)
+    piece = _PIECE_AT[modulation].take(at, mode="clip")
+    snr = (log_ber - _BELOW[modulation].take(piece)) / _RISE[modulation].take(piece)
+    return 10.0 * np.log10(np.maximum(snr, 10.0 ** (0.1 * _LEAST_ESNR_DB)))
 
 
 @harmless_underflow
@@ -137,9 +155,16 @@ def rate_and_esnr(
     Returns:
         Rate, Mb/s, and effective SNR, dB.
     """
+    return carried(snr.T, bandwidth_hz=bandwidth_hz)
+
+
+def carried(
+    snr: Float[np.ndarray, "subcarriers links"], *, bandwidth_hz: float
+) -> tuple[Float[np.ndarray, " links"], Float[np.ndarray, " links"]]:
+    """`rate_and_esnr` with links last."""
     places, rates = _Places.of(snr), band_of(bandwidth_hz).rates_mbit_s
-    shown_db = _flat_snr_db(places, _FASTEST)
-    rate, waits = np.zeros(len(snr)), np.ones(len(snr), dtype=bool)
+    shown_db, n_links = _flat_snr_db(places, _FASTEST), snr.shape[1]
+    rate, waits = np.zeros(n_links), np.ones(n_links, dtype=bool)
     for modulation, (needs_db, first) in reversed(_MCS_OF.items()):
         able = (waits & (shown_db >= needs_db[0] - _SLACK_DB)).nonzero()[0]
         if not len(able):
@@ -147,7 +172,7 @@ def rate_and_esnr(
         if modulation == _FASTEST:
             esnr = shown_db.take(able)
         else:
-            some = places if len(able) == len(snr) else places.only(able)
+            some = places if len(able) == n_links else places.only(able)
             esnr = _flat_snr_db(some, modulation)
         n_passed = needs_db.searchsorted(esnr, side="right")
         rate[able] = rates.take(first - 1 + n_passed, mode="clip") * (n_passed > 0)

@@ -7,9 +7,10 @@ packets that never arrive, gain control, 8-bit samples.
 
 import functools
 import math
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Bool, Complex, Float, Int
 from scipy.special import ndtri
 
 from wifipgo.arithmetic import harmless_underflow
@@ -51,10 +52,15 @@ def white_noise(shape: tuple[int, ...], *, amplitude: float = 1.0, rng: Chance) 
     Raises:
         ValueError: If a block is larger than the table.
     """
+    windows = _windows(shape, amplitude)
+    return windows[rng.integers(len(windows), size=shape[0])].reshape(shape)
+
+
+def _windows(shape: tuple[int, ...], amplitude: float) -> Complex[np.ndarray, "windows size"]:
+    """Blocks of noise to choose from, each as large as all but the first axis of this shape."""
     size = math.prod(shape[1:])
     require(size <= _NOISE_TABLE_SIZE, "size of a noise block", f"<= {_NOISE_TABLE_SIZE}", size)
-    windows = _noise_windows(amplitude, size)
-    return windows[rng.integers(len(windows), size=shape[0])].reshape(shape)
+    return _noise_windows(amplitude, size)
 
 
 @functools.lru_cache(maxsize=8)
@@ -91,6 +97,36 @@ def reported(
     return (np.rint(scaled) if int8 else scaled).astype(np.float32).view(np.complex64)
 
 
+class Reception(NamedTuple):
+    """What chance decides about the reception of some links, a row each; None what is switched off.
+
+    Attributes:
+        noise: Which block of noise.
+        oscillator: Which factors of oscillator and timing, packet by packet.
+        arrives: Which packets arrive.
+    """
+
+    noise: Int[np.ndarray, " links"] | None
+    oscillator: Int[np.ndarray, "links positions"] | None
+    arrives: Bool[np.ndarray, "links positions"] | None
+
+    def of(self, chosen: slice) -> "Reception":
+        """Of some of the links."""
+        return Reception(*(None if column is None else column[chosen] for column in self))
+
+
+def draw_reception(shape: tuple[int, int, int, int], cfg: ImpairmentConfig, *, rng: Chance) -> Reception:
+    """Draw for CSI of a shape (links, antennas, positions, subcarriers)."""
+    noise = oscillator = arrives = None
+    if cfg.noise_floor:
+        noise = rng.integers(len(_windows(shape, 1.0)), size=shape[0])
+    if cfg.common_phase or cfg.timing_jitter_s > 0.0:
+        oscillator = rng.integers(_OSCILLATOR_TABLE_SIZE, size=(shape[0], shape[2]))
+    if cfg.packet_loss > 0.0:
+        arrives = rng.random((shape[0], shape[2]), dtype=np.float32) >= cfg.packet_loss
+    return Reception(noise, oscillator, arrives)
+
+
 @harmless_underflow
 def received_csi(
     channel: Complex[np.ndarray, "links antennas positions subcarriers"],
@@ -100,7 +136,6 @@ def received_csi(
     cfg: ImpairmentConfig | None = None,
     chain_rad: Float[np.ndarray, "links antennas"] | None = None,
     bandwidth_hz: float = 20e6,
-    skip_common_phase: bool = False,
 ) -> Complex[np.ndarray, "links antennas positions subcarriers"]:
     """CSI as the receiver reports it.
 
@@ -111,34 +146,43 @@ def received_csi(
         cfg: What goes wrong; the defaults of `ImpairmentConfig` without.
         chain_rad: Phase offset of each link's receive chains; none without.
         bandwidth_hz: That of the channel's subcarriers.
-        skip_common_phase: The caller only compares antennas of one packet and subcarrier, so that what
-            the oscillator and the timing do to both cancels: it is drawn, but not put on.
 
     Returns:
         Noisy CSI, complex64, in units of channel gain, or of the converter with ``agc`` or
         ``int8``. A packet that is lost is zero.
     """
     cfg = cfg or ImpairmentConfig()
+    drawn = draw_reception(channel.shape, cfg, rng=rng)
+    return receive(channel, drawn, cfg, snr_scale=snr_scale, chain_rad=chain_rad, bandwidth_hz=bandwidth_hz)
+
+
+def receive(
+    channel: Complex[np.ndarray, "links antennas positions subcarriers"],
+    drawn: Reception,
+    cfg: ImpairmentConfig,
+    *,
+    snr_scale: float,
+    chain_rad: Float[np.ndarray, "links antennas"] | None = None,
+    bandwidth_hz: float = 20e6,
+    skip_common_phase: bool = False,
+) -> Complex[np.ndarray, "links antennas positions subcarriers"]:
+    """`received_csi` by chance that was drawn before.
+
+    With ``skip_common_phase`` the caller only compares antennas of one packet and subcarrier, so that what
+    the oscillator and the timing do to both cancels: it is not put on.
+    """
     if chain_rad is not None:
         channel = channel * np.exp(1j * chain_rad).astype(np.complex64)[:, :, None, None]
-    received = _noisy(channel, snr_scale, rng) if cfg.noise_floor else channel.astype(np.complex64)
-    if cfg.common_phase or cfg.timing_jitter_s > 0.0:
+    if drawn.noise is None:
+        received = channel.astype(np.complex64)
+    else:
+        received = _windows(channel.shape, float(1.0 / np.sqrt(snr_scale)))[drawn.noise].reshape(
+            channel.shape
+        )
+        received += channel
+    if drawn.oscillator is not None and (not skip_common_phase or cfg.agc or cfg.int8):  # look at I and Q
         table = _oscillator_table(cfg.common_phase, cfg.timing_jitter_s, bandwidth_hz)
-        drawn = rng.integers(len(table), size=(len(channel), channel.shape[2]))
-        if not skip_common_phase or cfg.agc or cfg.int8:  # which look at I and Q
-            received *= table.take(drawn, axis=0)[:, None]
-    if cfg.packet_loss > 0.0:
-        arrives = rng.random((len(channel), channel.shape[2]), dtype=np.float32) >= cfg.packet_loss
-        received *= arrives[:, None, :, None]
+        received *= table.take(drawn.oscillator, axis=0)[:, None]
+    if drawn.arrives is not None:
+        received *= drawn.arrives[:, None, :, None]
     return reported(received, agc=cfg.agc, int8=cfg.int8) if cfg.agc or cfg.int8 else received
-
-
-def _noisy(
-    channel: Complex[np.ndarray, "links antennas positions subcarriers"],
-    snr_scale: float,
-    rng: Chance,
-) -> Complex[np.ndarray, "links antennas positions subcarriers"]:
-    """The channel in thermal noise."""
-    noise = white_noise(channel.shape, amplitude=float(1.0 / np.sqrt(snr_scale)), rng=rng)
-    noise += channel
-    return noise

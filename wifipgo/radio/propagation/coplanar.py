@@ -5,6 +5,7 @@ decide the sign. The rule: it stays on its own side of all of them, so that ther
 reflection, by the face that looks its way, and nothing in that plane is crossed on top.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +22,7 @@ class Coplanar(NamedTuple):
     """Pairs of a line of `Surfaces` and an obstacle face that touches it in its plane, by line.
 
     Attributes:
-        begin: First pair of each line, and the number of pairs.
+        begin: First pair of each line, and the number of pairs; of each line and world, if there are several.
         other: Obstacle face of each pair.
         alike: Whether both look the same way.
     """
@@ -39,6 +40,24 @@ class Coplanar(NamedTuple):
         ray = np.repeat(np.arange(len(bounced)), count)
         pair = np.arange(len(ray)) + np.repeat(first - (count.cumsum() - count), count)
         return ray, self.other[pair], self.alike[pair]
+
+    @classmethod
+    def stacked(
+        cls, each: Sequence["Coplanar | None"], lines: Sequence[Int[np.ndarray, " _"]], n_lines: int
+    ) -> "Coplanar | None":
+        """Pairs of several worlds, whose lines are those of a common table; None without any."""
+        at, found = [], []
+        for world, (coplanar, line) in enumerate(zip(each, lines, strict=True)):
+            if coplanar is not None:
+                at.append(np.repeat(line, np.diff(coplanar.begin)) * len(each) + world)
+                found.append(coplanar)
+        if not found:
+            return None
+        place = np.concatenate(at)
+        order = np.argsort(place, kind="stable")
+        begin = np.searchsorted(place[order], np.arange(n_lines * len(each) + 1))
+        other = np.concatenate([coplanar.other for coplanar in found])
+        return cls(begin, other[order], np.concatenate([coplanar.alike for coplanar in found])[order])
 
 
 def coplanar_faces(

@@ -9,7 +9,7 @@ angle between its direction and the straight line between the robots, at either 
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Int
 
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.radio.propagation.materials import SPEED_OF_LIGHT_M_S
@@ -23,26 +23,28 @@ N_SCATTERERS = 64
 
 
 class Diffuse(NamedTuple):
-    """Scatterers of an episode.
+    """Scatterers of an episode, of one world or, with worlds first, of several.
 
     Attributes:
-        at_m: Their places, world.
+        at_m: Their places.
         reflectivity: Amplitude and phase of each, unitless.
         ratio: Power of the cluster over that of a link's traced paths.
         spread_rad: Standard deviation of the Gaussian taper of power over angle.
     """
 
-    at_m: Float[np.ndarray, "scatterers 2"]
-    reflectivity: Complex[np.ndarray, " scatterers"]
+    at_m: Float[np.ndarray, "*worlds scatterers 2"]
+    reflectivity: Complex[np.ndarray, "*worlds scatterers"]
     ratio: float
     spread_rad: float
 
 
-def draw_diffuse(*, ratio: float, spread_rad: float, size_m: float, rng: Chance) -> Diffuse:
-    """Scatterers anywhere in a square room with a corner at the origin, circular normal."""
-    at_m = rng.uniform(0.0, size_m, (N_SCATTERERS, 2))
-    parts = rng.standard_normal((2, N_SCATTERERS))
-    return Diffuse(at_m, parts[0] + 1j * parts[1], ratio, spread_rad)
+def draw_diffuse(
+    *, ratio: float, spread_rad: float, size_m: float, rng: Chance, n_worlds: int = 1
+) -> Diffuse:
+    """Scatterers anywhere in square rooms with a corner at the origin, circular normal."""
+    at_m = rng.uniform(0.0, size_m, (n_worlds, N_SCATTERERS, 2))
+    parts = rng.standard_normal((n_worlds, 2, N_SCATTERERS))
+    return Diffuse(at_m, parts[:, 0] + 1j * parts[:, 1], ratio, spread_rad)
 
 
 @harmless_underflow
@@ -53,22 +55,36 @@ def with_diffuse(
     diffuse: Diffuse,
     *,
     carrier_hz: float,
+    world: Int[np.ndarray, " links"] | None = None,
 ) -> Paths:
     """Paths of each link with those over the scatterers behind them.
 
     Their power adds up to ``ratio`` times that of the traced paths: a link without a path
     stays without. Taper: ``exp(-(a_rx^2 + a_tx^2) / (2 spread^2))`` in power, with ``a`` the angle
     from the straight line at that end.
+
+    Args:
+        paths: Traced paths.
+        tx_m: Transmitters.
+        rx_m: Receivers.
+        diffuse: Scatterers.
+        carrier_hz: Frequency.
+        world: World of each link; the first without.
     """
-    to_rx, to_tx = (diffuse.at_m[None] - end_m[:, None] for end_m in (rx_m, tx_m))
+    own = np.zeros(len(tx_m), dtype=np.int64) if world is None else world
+    at_m = diffuse.at_m.reshape(-1, *diffuse.at_m.shape[-2:])[own]
+    to_rx, to_tx = (at_m - end_m[:, None] for end_m in (rx_m, tx_m))
     azimuth_rx, azimuth_tx = (np.arctan2(way[..., 1], way[..., 0]) for way in (to_rx, to_tx))
     line_rad = np.arctan2(*(tx_m - rx_m).T[::-1])[:, None]
     off = wrap_angle(azimuth_rx - line_rad) ** 2 + wrap_angle(azimuth_tx - line_rad - np.pi) ** 2
     nearest = off.min(axis=1, keepdims=True)  # taken out, so that not all of them underflow
-    amplitude = diffuse.reflectivity * np.exp(-(off - nearest) / (4.0 * diffuse.spread_rad**2))
+    amplitude = diffuse.reflectivity.reshape(-1, at_m.shape[1])[own] * np.exp(
+        -(off - nearest) / (4.0 * diffuse.spread_rad**2)
+    )
     length_m = np.linalg.norm(to_rx, axis=-1) + np.linalg.norm(to_tx, axis=-1)
     delay_s = length_m / SPEED_OF_LIGHT_M_S
-    power = diffuse.ratio * (np.abs(paths.gain) ** 2).sum(axis=1) / (np.abs(amplitude) ** 2).sum(axis=1)
+    traced = np.add.accumulate(np.abs(paths.gain) ** 2, axis=1)[:, -1]  # the same however far it is padded
+    power = diffuse.ratio * traced / (np.abs(amplitude) ** 2).sum(axis=1)
     gain = np.sqrt(power)[:, None] * amplitude * np.exp(-2j * np.pi * carrier_hz * delay_s)
     there = gain != 0.0
     order = np.where(there, SCATTERED, -1)

@@ -10,7 +10,7 @@ _CLEAR_M = 1e-9
 
 
 class FacePairs(NamedTuple):
-    """Ordered pairs of faces, as lines of `Surfaces`, of which a path can meet one and then the other.
+    """Ordered pairs of faces, as lines of a scene, of which a path can meet one and then the other.
 
     With unit normals ``n`` and directions ``d``, mirroring in one face changes heights over
     the other and positions along it by fixed shares of the height over the mirror.
@@ -23,11 +23,11 @@ class FacePairs(NamedTuple):
         slant_second: ``2 d_second . n_first``.
     """
 
-    first: Int[np.ndarray, " pairs"]
-    second: Int[np.ndarray, " pairs"]
-    tilt: Float[np.ndarray, "pairs 1"]
-    slant_first: Float[np.ndarray, "pairs 1"]
-    slant_second: Float[np.ndarray, "pairs 1"]
+    first: Int[np.ndarray, "pairs worlds"]
+    second: Int[np.ndarray, "pairs worlds"]
+    tilt: Float[np.ndarray, "pairs worlds"]
+    slant_first: Float[np.ndarray, "pairs worlds"]
+    slant_second: Float[np.ndarray, "pairs worlds"]
 
 
 def face_pairs(
@@ -45,8 +45,8 @@ def face_pairs(
         return 2.0 * (a * b).sum(axis=1, keepdims=True)
 
     return FacePairs(
-        first + 1,
-        second + 1,
+        (first + 1)[:, None],
+        (second + 1)[:, None],
         tilt=twice_dot(normal[first], normal[second]),
         slant_first=twice_dot(direction[first], normal[second]),
         slant_second=twice_dot(direction[second], normal[first]),

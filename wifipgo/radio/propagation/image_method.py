@@ -1,8 +1,8 @@
 """Image method in the plane: where a ray between two points can be reflected once or twice.
 
-Reflection points, length and incidence follow from the height of both ends of a link over
-a face and their positions along it (`Surfaces`). The line of sight counts as a face whose
-images are the points themselves.
+Length and incidence follow from the height of both ends of a link over a face and their positions along it.
+The line of sight counts as a face whose images are the points themselves. Where a ray goes (`course_of`) is
+only worked out where it is asked for.
 
 In the working arrays the first axis is the end of the link (0 transmitter, 1 receiver), the
 second the coordinate; links or rays come last, which is what makes them fast.
@@ -11,32 +11,52 @@ second the coordinate; links or rays come last, which is what makes them fast.
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
-from wifipgo.radio.propagation.surfaces import Surfaces
+from wifipgo.radio.propagation.face_pairs import FacePairs
+from wifipgo.radio.propagation.link_ends import Points
+from wifipgo.radio.propagation.scenes import Scenes
 
 # Pairs of faces times links looked at in one go: working arrays of 256 kB stay in the cache.
 _BLOCK = 1 << 15
 
 
+class Ends(NamedTuple):
+    """Both ends of some links.
+
+    Attributes:
+        tx: Transmitters.
+        rx: Receivers, in the same scenes.
+        gap_m: From each transmitter to its receiver.
+    """
+
+    tx: Points
+    rx: Points
+    gap_m: Float[np.ndarray, "2 links"]
+
+    @classmethod
+    def of(cls, tx: Points, rx: Points) -> "Ends":
+        """Links between these points."""
+        return cls(tx, rx, rx.at_m - tx.at_m)
+
+    @property
+    def n_links(self) -> int:
+        """How many."""
+        return self.gap_m.shape[1]
+
+
 class Rays(NamedTuple):
-    """Candidate paths of equally many bounces in one flat list, sorted by link.
+    """Candidate paths of equally many bounces in one flat list, by face and then by link.
 
     Attributes:
         link: Link that each belongs to.
-        face: Lines of `Surfaces` that it bounces off, from the transmitter on; 0 is the line of sight.
-        legs_m: Direction of each leg, as long as the whole path. The first is the way from the
-            transmitter to the image of the receiver, the last that from the receiver to the
-            image of the transmitter.
-        hit_m: Where it meets each face; halfway on the line of sight.
+        face: Lines of the scene that it bounces off, from the transmitter on; 0 is the line of sight.
         cos_incidence: Of the angle between ray and normal at each hit.
         length_m: Length of the whole path.
     """
 
     link: Int[np.ndarray, " rays"]
     face: Int[np.ndarray, "bounces rays"]
-    legs_m: Float[np.ndarray, "legs 2 rays"]
-    hit_m: Float[np.ndarray, "bounces 2 rays"]
     cos_incidence: Float[np.ndarray, "bounces rays"]
     length_m: Float[np.ndarray, " rays"]
 
@@ -45,90 +65,144 @@ class Rays(NamedTuple):
         return Rays(*(column.take(kept, axis=-1) for column in self))
 
 
-def single_bounces(
-    ends: Float[np.ndarray, "2 3 links"],
-    height_m: Float[np.ndarray, "2 lines links"],
-    surfaces: Surfaces,
-    *,
-    reflect: bool,
-) -> Rays:
+class Course(NamedTuple):
+    """Where rays go.
+
+    Attributes:
+        legs_m: Direction of each leg, as long as the whole path. The first is the way from the
+            transmitter to the image of the receiver, the last that from the receiver to the
+            image of the transmitter.
+        hit_m: Where it meets each face; halfway on the line of sight.
+    """
+
+    legs_m: Float[np.ndarray, "legs 2 rays"]
+    hit_m: Float[np.ndarray, "bounces 2 rays"]
+
+
+def single_bounces(ends: Ends, scenes: Scenes, *, reflect: bool) -> Rays:
     """Every line of sight and, if wanted, every single reflection that exists if nothing stands in the way.
 
     A face reflects when both ends are in front of it and the straight line from one end
-    to the image of the other passes between the ends of the face.
+    to the image of the other passes between the ends of the face. Lines of sight come first.
     """
-    along_m, sum_m = surfaces.to_along @ ends, height_m[0] + height_m[1]
-    weighted = along_m[0] * height_m[1] + along_m[1] * height_m[0]  # position of the hit, times sum_m
-    exists = (weighted >= 0.0) & (weighted < surfaces.length_m[:, None] * sum_m)
-    exists &= (height_m[0] > 0.0) & (height_m[1] > 0.0)
-    exists[1:] &= reflect
-    link, face = np.divmod(np.flatnonzero(exists.T), len(exists))
-    up_m = height_m.reshape(2, -1).take(face * ends.shape[-1] + link, axis=1)
-    both_up_m = up_m[0] + up_m[1]
-    gap_m, normal = (ends[1, :2] - ends[0, :2]).take(link, axis=1), surfaces.normal.take(face, axis=1)
-    legs_m = np.empty((2, 2, len(link)))
-    np.subtract(gap_m, 2.0 * up_m[1] * normal, out=legs_m[0])
-    np.subtract(-2.0 * up_m[0] * normal, gap_m, out=legs_m[1])
-    length_m = np.sqrt(legs_m[0, 0] ** 2 + legs_m[0, 1] ** 2)
-    hit_m = ends[0, :2].take(link, axis=1) + up_m[0] / both_up_m * legs_m[0]
-    return Rays(link, face[None], legs_m, hit_m[None], (both_up_m / length_m)[None], length_m)
+    n_lines = scenes.n_lines if reflect else 1
+    tx_up, rx_up = ends.tx.height_m[:n_lines], ends.rx.height_m[:n_lines]
+    tx_along, rx_along = ends.tx.along_m[:n_lines], ends.rx.along_m[:n_lines]
+    both_up_m = tx_up + rx_up
+    weighted = tx_along * rx_up + rx_along * tx_up  # position of the hit, times both_up_m
+    length_m = scenes.by_world(scenes.length_m[:n_lines], ends.tx.world)
+    exists = (weighted >= 0.0) & (weighted < length_m * both_up_m) & (np.minimum(tx_up, rx_up) > 0.0)
+    square_m2 = ends.gap_m[0] ** 2 + ends.gap_m[1] ** 2
+    n_links, n_each = ends.n_links, np.count_nonzero(exists, axis=1)
+    face, link = np.repeat(np.arange(n_lines), n_each), np.arange(n_links)
+    if exists.all():
+        link, square_m2 = np.tile(link, n_lines), np.tile(square_m2, n_lines)
+        product_m2, both_up_m = (tx_up * rx_up).ravel(), both_up_m.ravel()
+    else:
+        place = np.flatnonzero(exists)
+        link = place - face * n_links
+        square_m2, both_up_m = square_m2.take(link), both_up_m.ravel().take(place)
+        product_m2 = tx_up.ravel().take(place) * rx_up.ravel().take(place)
+    square_m2[n_links:] += 4.0 * product_m2[n_links:]
+    path_m = np.sqrt(square_m2)
+    return Rays(link, face[None], (both_up_m / path_m)[None], path_m)
 
 
-def double_bounces(
-    ends: Float[np.ndarray, "2 3 links"],
-    height_m: Float[np.ndarray, "2 lines links"],
-    surfaces: Surfaces,
-) -> Rays:
+def double_bounces(ends: Ends, scenes: Scenes) -> Rays:
     """Every double reflection that exists if nothing stands in the way.
 
     Seen from each face, the far end of the link is its image in the other face; each bounce
     is then a single one, and the ray has to meet the first face before the second.
     """
-    pairs, n_links = surfaces.pairs, ends.shape[-1]
-    along_m = surfaces.to_along @ ends
-    exists = np.empty((len(pairs.first), n_links), dtype=bool)
-    step = max(1, _BLOCK // max(1, n_links))
+    pairs = scenes.pairs_of(ends.tx.world)
+    lengths_m = scenes.by_world(scenes.length_m, ends.tx.world)
+    exists = np.empty((len(pairs.first), ends.n_links), dtype=bool)
+    step = max(1, _BLOCK // max(1, ends.n_links))
     for begin in range(0, len(exists), step):
-        block = slice(begin, begin + step)
-        exists[block] = _reflected_twice(along_m, height_m, surfaces, block)
-    link, pair = np.divmod(np.flatnonzero(exists.T), len(exists))
-    face = np.stack([pairs.first.take(pair), pairs.second.take(pair)])
-    up_m = height_m.reshape(2, -1)
-    up_m = np.stack([up_m[end].take(face[end] * n_links + link) for end in (0, 1)])  # each over its own face
-    normals = surfaces.normal.take(face, axis=1).swapaxes(0, 1)
-    tx_m, rx_m = ends[0, :2].take(link, axis=1), ends[1, :2].take(link, axis=1)
-    middle_m = rx_m - tx_m + 2.0 * (up_m[0] * normals[0] - up_m[1] * normals[1])
-    climb_m = (middle_m * normals).sum(axis=1)  # up from the first face, down to the second
+        block = FacePairs(*(column[begin : begin + step] for column in pairs))
+        exists[begin : begin + step] = _reflected_twice(ends, lengths_m, block)
+    pair, link = np.divmod(np.flatnonzero(exists), max(1, ends.n_links))
+    own = link if scenes.n_worlds > 1 else np.zeros_like(link)
+    face = np.stack([pairs.first[pair, own], pairs.second[pair, own]])
+    unfolded = _unfolded(link, face, ends, scenes)
+    middle_m, climb_m = unfolded.middle_m, unfolded.climb_m
+    length_m = np.sqrt(middle_m[0] ** 2 + middle_m[1] ** 2)
+    return Rays(link, face, np.stack([climb_m[0], -climb_m[1]]) / length_m, length_m)
+
+
+def course_of(rays: Rays, ends: Ends, scenes: Scenes) -> Course:
+    """Legs and hits of rays with one or two bounces."""
+    return (_single_course if len(rays.face) == 1 else _double_course)(rays, ends, scenes)
+
+
+def _up_m(rays_link: Int[np.ndarray, " rays"], line: Int[np.ndarray, " rays"], end: Points) -> np.ndarray:
+    """Height of the ends of some links over one line each."""
+    return end.height_m.ravel().take(line * end.height_m.shape[1] + rays_link)
+
+
+def _single_course(rays: Rays, ends: Ends, scenes: Scenes) -> Course:
+    link, line = rays.link, rays.face[0]
+    tx_up, rx_up = (_up_m(link, line, end) for end in (ends.tx, ends.rx))
+    gap_m, tx_m = ends.gap_m.take(link, axis=1), ends.tx.at_m.take(link, axis=1)
+    normal = scenes.normal_at(scenes.at(line, ends.tx.world.take(link)))
+    legs_m = np.empty((2, 2, len(link)))
+    np.subtract(gap_m, 2.0 * rx_up * normal, out=legs_m[0])
+    np.subtract(-2.0 * tx_up * normal, gap_m, out=legs_m[1])
+    return Course(legs_m, (tx_m + tx_up / (tx_up + rx_up) * legs_m[0])[None])
+
+
+class _Unfolded(NamedTuple):
+    """A ray of two bounces drawn straight: up over each face, its middle leg, and how far that climbs."""
+
+    up_m: Float[np.ndarray, "2 rays"]
+    normals: Float[np.ndarray, "2 2 rays"]
+    middle_m: Float[np.ndarray, "2 rays"]
+    climb_m: Float[np.ndarray, "2 rays"]  # up from the first face, down to the second
+
+
+def _unfolded(
+    link: Int[np.ndarray, " rays"], face: Int[np.ndarray, "2 rays"], ends: Ends, scenes: Scenes
+) -> _Unfolded:
+    up_m = np.stack([_up_m(link, face[0], ends.tx), _up_m(link, face[1], ends.rx)])
+    normals = scenes.normal_at(scenes.at(face, ends.tx.world.take(link))).swapaxes(0, 1)
+    middle_m = ends.gap_m.take(link, axis=1) + 2.0 * (up_m[0] * normals[0] - up_m[1] * normals[1])
+    return _Unfolded(up_m, normals, middle_m, (middle_m * normals).sum(axis=1))
+
+
+def _double_course(rays: Rays, ends: Ends, scenes: Scenes) -> Course:
+    up_m, normals, middle_m, climb_m = _unfolded(rays.link, rays.face, ends, scenes)
+    tx_m, rx_m = (end.at_m.take(rays.link, axis=1) for end in (ends.tx, ends.rx))
     first_m = middle_m - 2.0 * climb_m[0] * normals[0]
     last_m = 2.0 * climb_m[1] * normals[1] - middle_m
-    length_m = np.sqrt(middle_m[0] ** 2 + middle_m[1] ** 2)
-    incline_m = np.stack([climb_m[0], -climb_m[1]])
-    share = up_m / incline_m
+    share = up_m / np.stack([climb_m[0], -climb_m[1]])
     hit_m = np.stack([tx_m + share[0] * first_m, rx_m + share[1] * last_m])
-    legs_m = np.stack([first_m, middle_m, last_m])
-    return Rays(link, face, legs_m, hit_m, incline_m / length_m, length_m)
+    return Course(np.stack([first_m, middle_m, last_m]), hit_m)
 
 
 def _reflected_twice(
-    along_m: Float[np.ndarray, "2 lines links"],
-    height_m: Float[np.ndarray, "2 lines links"],
-    surfaces: Surfaces,
-    block: slice,
-) -> np.ndarray:
+    ends: Ends, length_m: Float[np.ndarray, "lines #links"], pairs: FacePairs
+) -> Bool[np.ndarray, "pairs links"]:
     """Which pairs of faces reflect which links, for one block of pairs."""
-    pairs = surfaces.pairs
-    first, second = pairs.first[block], pairs.second[block]
-    near_first, near_second = height_m[0].take(first, axis=0), height_m[1].take(second, axis=0)
-    tilt = pairs.tilt[block]
-    far_first = height_m[1].take(first, axis=0) - tilt * near_second  # of the receiver's image in the second
-    far_second = height_m[0].take(second, axis=0) - tilt * near_first
+    first, second = pairs.first, pairs.second
+    near_first, near_second = _rows(ends.tx.height_m, first), _rows(ends.rx.height_m, second)
+    far_first = _rows(ends.rx.height_m, first) - pairs.tilt * near_second  # of its image in the second
+    far_second = _rows(ends.tx.height_m, second) - pairs.tilt * near_first
     exists = (near_first > 0.0) & (near_second > 0.0) & (far_first > 0.0) & (far_second > 0.0)
     exists &= near_first * near_second < far_first * far_second  # first face first
-    for line, end, near, far, mirrored, slant in (
-        (first, 0, near_first, far_first, near_second, pairs.slant_first[block]),
-        (second, 1, near_second, far_second, near_first, pairs.slant_second[block]),
+    for line, near_end, far_end, near, far, mirrored, slant in (
+        (first, ends.tx, ends.rx, near_first, far_first, near_second, pairs.slant_first),
+        (second, ends.rx, ends.tx, near_second, far_second, near_first, pairs.slant_second),
     ):
-        far_along_m = along_m[1 - end].take(line, axis=0) - slant * mirrored
-        weighted = along_m[end].take(line, axis=0) * far + far_along_m * near
-        exists &= (weighted >= 0.0) & (weighted < surfaces.length_m[line, None] * (near + far))
+        far_along_m = _rows(far_end.along_m, line) - slant * mirrored
+        weighted = _rows(near_end.along_m, line) * far + far_along_m * near
+        exists &= (weighted >= 0.0) & (weighted < _rows(length_m, line) * (near + far))
     return exists
+
+
+def _rows(
+    table: Float[np.ndarray, "lines #links"], line: Int[np.ndarray, "pairs #links"]
+) -> Float[np.ndarray, "pairs #links"]:
+    """Rows of a table: the same for all links, or each link's own."""
+    if line.shape[1] == 1:
+        return table.take(line[:, 0], axis=0)
+    return np.take_along_axis(table, line, axis=0)

@@ -1,5 +1,6 @@
 """Corners of the obstacles, and whether a point is where a robot can be."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,9 @@ from wifipgo.segments import cross
 
 
 class Outline(NamedTuple):
-    """Faces that can stand in the way, as edges between corners that they share.
+    """Faces that can stand in the way, as edges between corners that they share, world by world.
+
+    Where worlds have fewer, the rest are edges from a corner to itself, which nothing crosses.
 
     Attributes:
         corners_m: Every corner once, m.
@@ -20,57 +23,73 @@ class Outline(NamedTuple):
         high_m: Upper end of each face in y, m.
         climb: 1 where a face goes up, -1 where it goes down, 0 where it is level.
         winding: How often the outline goes round a point in the open: -1 in a room, 0 among
-            obstacles only; None if the outline is not closed and has no inside.
+            obstacles only.
+        closed: Whether the outline is closed, so that it has an inside.
     """
 
-    corners_m: Float[np.ndarray, "corners 2"]
-    start: Int[np.ndarray, " faces"]
-    end: Int[np.ndarray, " faces"]
-    low_m: Float[np.ndarray, "faces 1"]
-    high_m: Float[np.ndarray, "faces 1"]
-    climb: Int[np.ndarray, "faces 1"]
-    winding: int | None
+    corners_m: Float[np.ndarray, "2 corners worlds"]
+    start: Int[np.ndarray, "faces worlds"]
+    end: Int[np.ndarray, "faces worlds"]
+    low_m: Float[np.ndarray, "faces worlds"]
+    high_m: Float[np.ndarray, "faces worlds"]
+    climb: Int[np.ndarray, "faces worlds"]
+    winding: Int[np.ndarray, " worlds"]
+    closed: Bool[np.ndarray, " worlds"]
+
+    @classmethod
+    def stacked(cls, each: Sequence["Outline"]) -> "Outline":
+        """Outlines of several worlds side by side."""
+        return cls(*(_side_by_side(columns) for columns in zip(*each, strict=True)))
+
+
+def _side_by_side(columns: Sequence[np.ndarray]) -> np.ndarray:
+    """Arrays of different lengths with worlds last, padded with zeros."""
+    if columns[0].ndim == 1:
+        return np.concatenate(columns)
+    length = max(column.shape[-2] for column in columns)
+    out = np.zeros((*columns[0].shape[:-2], length, len(columns)), dtype=columns[0].dtype)
+    for world, column in enumerate(columns):
+        out[..., : column.shape[-2], world] = column[..., 0]
+    return out
 
 
 def outline_of(faces_m: Float[np.ndarray, "faces 2 2"]) -> Outline:
-    """Work out the outline of faces with their front on the right."""
+    """Work out the outline of faces with their front on the right, in one world."""
     corners_m, place = np.unique(faces_m.reshape(-1, 2), axis=0, return_inverse=True)
     start, end = place.reshape(-1, 2).T
     n = len(corners_m)
-    closed = bool((np.bincount(start, minlength=n) == np.bincount(end, minlength=n)).all())
+    closed = (np.bincount(start, minlength=n) == np.bincount(end, minlength=n)).all()
     y_m = faces_m[:, :, 1]
+    round_a_room = cross(faces_m[:, 0], faces_m[:, 1]).sum() < 0.0
     return Outline(
-        corners_m=corners_m,
-        start=start,
-        end=end,
+        corners_m=corners_m.T[:, :, None],
+        start=start[:, None],
+        end=end[:, None],
         low_m=y_m.min(axis=1)[:, None],
         high_m=y_m.max(axis=1)[:, None],
         climb=((y_m[:, 1] > y_m[:, 0]).astype(np.int8) - (y_m[:, 1] < y_m[:, 0]))[:, None],
-        winding=(-1 if cross(faces_m[:, 0], faces_m[:, 1]).sum() < 0.0 else 0) if closed else None,
+        winding=np.array([-1 if round_a_room else 0]),
+        closed=np.array([closed]),
     )
 
 
 def off_limits(
-    y_m: Float[np.ndarray, "sides points"],
-    height_m: Float[np.ndarray, "sides faces points"],
-    outline: Outline,
-) -> Bool[np.ndarray, "sides points"]:
+    y_m: Float[np.ndarray, " points"], height_m: Float[np.ndarray, "faces points"], outline: Outline
+) -> Bool[np.ndarray, " points"]:
     """Whether each point is inside an obstacle or outside the outline of a room, by its winding number.
 
     Args:
         y_m: Second coordinate of the points, m.
         height_m: Height of the points over every face of the outline, m.
-        outline: The faces.
+        outline: The faces, of one world for all points or a world for each.
 
     Returns:
         False everywhere if the outline is not closed.
     """
-    if outline.winding is None:
-        return np.zeros(y_m.shape, dtype=bool)
-    level_m = y_m[:, None]
-    met = (level_m >= outline.low_m) & (level_m < outline.high_m)  # by a ray in the direction of x
+    met = (y_m >= outline.low_m) & (y_m < outline.high_m)  # by a ray in the direction of x
     met &= (height_m < 0.0) == (outline.climb > 0)
-    return (outline.climb.T @ met.view(np.int8))[:, 0] != outline.winding
+    winding = (outline.climb * met).sum(axis=0)
+    return (winding != outline.winding) & outline.closed
 
 
 def is_convex(walls_m: Float[np.ndarray, "walls 2 2"]) -> bool:
@@ -97,7 +116,7 @@ def facing_inwards(walls_m: Float[np.ndarray, "walls 2 2"]) -> Float[np.ndarray,
     to_the_right = x0_m + (y_m - y0_m) * (x1_m - x0_m) / rise_m > x_m
     inside = np.count_nonzero(spans & to_the_right, axis=1) % 2 == 1
     turned_m = np.where(inside[:, None, None], walls_m, walls_m[:, ::-1])
-    require(
-        outline_of(turned_m).winding == -1, "walls_m", "a convex room or a closed outline", walls_m.tolist()
-    )
+    outline = outline_of(turned_m)
+    is_room = bool(outline.closed[0]) and int(outline.winding[0]) == -1
+    require(is_room, "walls_m", "a convex room or a closed outline", walls_m.tolist())
     return turned_m

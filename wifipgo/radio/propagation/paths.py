@@ -12,8 +12,8 @@ from jaxtyping import Complex, Float, Int
 
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import require
-from wifipgo.radio.propagation._link_ends import checked_ends
-from wifipgo.radio.propagation.image_method import Rays, double_bounces, single_bounces
+from wifipgo.radio.propagation.image_method import Ends, Rays, course_of, double_bounces, single_bounces
+from wifipgo.radio.propagation.link_ends import check_apart, checked_points
 from wifipgo.radio.propagation.materials import (
     CARRIER_LIMITS_HZ,
     SPEED_OF_LIGHT_M_S,
@@ -21,9 +21,10 @@ from wifipgo.radio.propagation.materials import (
     unit_phasors,
 )
 from wifipgo.radio.propagation.obstruction import crossed, transmission
+from wifipgo.radio.propagation.scenes import Scenes, check_worlds, scenes_of
 from wifipgo.radio.propagation.surfaces import Surfaces, surfaces_of
 
-__all__ = ["Paths", "Surfaces", "reverse", "surfaces_of", "trace_paths"]
+__all__ = ["Paths", "Scenes", "Surfaces", "reverse", "surfaces_of", "trace_paths"]
 
 
 class Paths(NamedTuple):
@@ -40,31 +41,76 @@ class Paths(NamedTuple):
     azimuth_tx_rad: Float[np.ndarray, "links paths"]
     order: Int[np.ndarray, "links paths"]
 
+    def only(self, links: Int[np.ndarray, " some"]) -> "Paths":
+        """Paths of some links."""
+        return Paths(*(column.take(links, axis=0) for column in self))
+
+
+class Medium(NamedTuple):
+    """What rays are traced through, and how far.
+
+    Attributes:
+        scenes: What stands where.
+        carrier_hz: Frequency.
+        max_order: Most reflections of a path: 0, 1 or 2.
+        penetration: Whether a ray goes on, weaker, through obstacles that it meets.
+    """
+
+    scenes: Scenes
+    carrier_hz: float
+    max_order: int
+    penetration: bool
+
+    def check(self) -> None:
+        """Refuse an order or a frequency that is none."""
+        require(self.max_order in {0, 1, 2}, "max_order", "0, 1 or 2", self.max_order)
+        lowest_hz, highest_hz = CARRIER_LIMITS_HZ
+        within = bool(lowest_hz <= self.carrier_hz <= highest_hz)
+        require(within, "carrier_hz", f"in {lowest_hz:g}..{highest_hz:g}", self.carrier_hz)
+
+
+class Traced(NamedTuple):
+    """Rays that something is left of, with their gains: those of up to one bounce, then those of two."""
+
+    rays: tuple[Rays, ...]
+    gains: tuple[Complex[np.ndarray, " _"], ...]
+    ends: Ends
+
+    def places(self) -> tuple[int, list[Int[np.ndarray, " _"]]]:
+        """Most rays of a link, at least one, and the number of each ray among those of its link."""
+        link, n_links = np.concatenate([rays.link for rays in self.rays]), self.ends.n_links
+        n_most, number = _numbered(link, n_links)
+        ends = np.cumsum([len(rays.link) for rays in self.rays])
+        return n_most, np.split(number, ends[:-1])
+
 
 @harmless_underflow
 def trace_paths(
     tx_m: Float[np.ndarray, "links 2"],
     rx_m: Float[np.ndarray, "links 2"],
-    surfaces: Surfaces,
+    surfaces: Surfaces | Scenes,
     *,
     carrier_hz: float,
     max_order: int = 1,
     penetration: bool = True,
+    world: Int[np.ndarray, " links"] | None = None,
 ) -> Paths:
     """Line of sight and reflections of every link, with complex gains.
 
     ``h = lambda / (4 pi L) R_1 R_2 T_1 T_2 ... exp(-j 2 pi f L / c)``: R the reflection at each
     face, T the transmission through every obstacle face on the way. The slab is a plane without
-    extent, as in ITU-R P.2040-3: it neither lengthens nor shifts the ray.
+    extent, as in ITU-R P.2040-3: it neither lengthens nor shifts the ray. A link has the same
+    paths, to the bit, whatever is traced beside it.
 
     Args:
         tx_m: Transmitters, inside the room and outside obstacles, m. Up to a millimetre on the
             wrong side of a face is taken as just in front of it.
         rx_m: Receivers, likewise, m.
-        surfaces: The scene.
+        surfaces: The scene, or the scenes of several worlds.
         carrier_hz: Frequency, the one at which the scene's materials are taken.
         max_order: Most reflections of a path: 0, 1 or 2.
         penetration: Whether a ray goes on, weaker, through obstacles that it meets; otherwise it ends.
+        world: Which of several scenes each link is in.
 
     Returns:
         As many columns as the link with most paths has, and at least one. A link without any
@@ -74,19 +120,19 @@ def trace_paths(
         ValueError: If a coordinate is not finite, a link is shorter than a micrometre or ends
             inside an obstacle or outside the room, or the order or the frequency is none.
     """
-    require(max_order in {0, 1, 2}, "max_order", "0, 1 or 2", max_order)
-    lowest_hz, highest_hz = CARRIER_LIMITS_HZ
-    within = bool(lowest_hz <= carrier_hz <= highest_hz)
-    require(within, "carrier_hz", f"in {lowest_hz:g}..{highest_hz:g}", carrier_hz)
-    ends, height_m = checked_ends(tx_m, rx_m, surfaces)
-    found = [single_bounces(ends, height_m, surfaces, reflect=max_order > 0)]
-    if max_order == 2:
-        found.append(double_bounces(ends, height_m, surfaces))
-    traced = [
-        _gained(rays, ends, height_m, surfaces, carrier_hz=carrier_hz, penetration=penetration)
-        for rays in found
-    ]
-    return _padded(traced, n_links=len(tx_m))
+    medium = Medium(scenes_of(surfaces), carrier_hz, max_order, penetration)
+    medium.check()
+    n = len(tx_m)
+    world = check_worlds(medium.scenes, world, n)
+    points = checked_points(
+        np.concatenate([tx_m, rx_m]),
+        np.concatenate([world, world]),
+        medium.scenes,
+        lambda k: ("tx_m" if k < n else "rx_m", f"link {k % n}"),
+    )
+    ends = Ends.of(points.some(slice(n)), points.some(slice(n, None)))
+    check_apart(ends.gap_m, ends.tx.at_m, lambda k: ("tx_m and rx_m", f"link {k}"))
+    return paths_of(traced(ends, medium), medium)
 
 
 def reverse(paths: Paths) -> Paths:
@@ -94,40 +140,48 @@ def reverse(paths: Paths) -> Paths:
     return paths._replace(azimuth_rx_rad=paths.azimuth_tx_rad, azimuth_tx_rad=paths.azimuth_rx_rad)
 
 
-def _gained(
-    rays: Rays,
-    ends: Float[np.ndarray, "2 3 links"],
-    height_m: Float[np.ndarray, "2 lines links"],
-    surfaces: Surfaces,
-    *,
-    carrier_hz: float,
-    penetration: bool,
-) -> tuple[Rays, Complex[np.ndarray, " _"]]:
-    """Rays that get through, with their gains."""
-    if surfaces.n_walls == len(surfaces.ends_m):
-        return rays, _unobstructed(rays, surfaces, carrier_hz)
-    across = crossed(rays, ends, height_m, surfaces)
-    if penetration:
-        through = transmission(across, rays, surfaces, carrier_hz)
-        return rays, _unobstructed(rays, surfaces, carrier_hz) * through
+def traced(ends: Ends, medium: Medium) -> Traced:
+    """Rays of links between points that were checked."""
+    found = [single_bounces(ends, medium.scenes, reflect=medium.max_order > 0)]
+    if medium.max_order == 2:
+        found.append(double_bounces(ends, medium.scenes))
+    left = [_gained(rays, ends, medium) for rays in found]
+    return Traced(tuple(rays for rays, _ in left), tuple(gains for _, gains in left), ends)
+
+
+def _gained(rays: Rays, ends: Ends, medium: Medium) -> tuple[Rays, Complex[np.ndarray, " _"]]:
+    """Rays that something is left of, with their gains."""
+    scenes, carrier_hz = medium.scenes, medium.carrier_hz
+    if scenes.n_walls + 1 == scenes.n_lines:
+        return _there(rays, _unobstructed(rays, ends, medium))
+    course = course_of(rays, ends, scenes)
+    across = crossed(rays, course, ends, scenes)
+    if medium.penetration:
+        through = transmission(
+            across, rays, course, world=ends.tx.world.take(rays.link), scenes=scenes, carrier_hz=carrier_hz
+        )
+        return _there(rays, _unobstructed(rays, ends, medium) * through)
     rays = rays.only(np.flatnonzero(~across.any(axis=(0, 1))))
-    return rays, _unobstructed(rays, surfaces, carrier_hz)
+    return _there(rays, _unobstructed(rays, ends, medium))
 
 
-def _unobstructed(rays: Rays, surfaces: Surfaces, carrier_hz: float) -> Complex[np.ndarray, " rays"]:
+def _there(rays: Rays, gains: Complex[np.ndarray, " _"]) -> tuple[Rays, Complex[np.ndarray, " _"]]:
+    """Rays that something is left of: nearly always all, which need no copy."""
+    some = gains.nonzero()[0]
+    return (rays, gains) if len(some) == len(gains) else (rays.only(some), gains.take(some))
+
+
+def _unobstructed(rays: Rays, ends: Ends, medium: Medium) -> Complex[np.ndarray, " rays"]:
     """Spreading and reflections of each ray."""
-    gain = _spreading(rays.length_m * (carrier_hz / SPEED_OF_LIGHT_M_S))
-    reflection = np.ones(rays.face.size, dtype=complex)
-    bounced = np.flatnonzero(rays.face)
-    face = rays.face.ravel().take(bounced) - 1
-    reflection[bounced] = slab_reflection(
-        surfaces.permittivity.take(face),
-        surfaces.thickness_m.take(face),
-        rays.cos_incidence.ravel().take(bounced),
-        carrier_hz,
-    )
-    for each in reflection.reshape(rays.face.shape):
-        gain *= each
+    scenes = medium.scenes
+    gain = _spreading(rays.length_m * (medium.carrier_hz / SPEED_OF_LIGHT_M_S))
+    # Of single bounces the lines of sight come first.
+    bounced = slice(np.count_nonzero(rays.face[0] == 0) if len(rays.face) == 1 else 0, None)
+    world = ends.tx.world.take(rays.link[bounced])
+    for face, cos_incidence in zip(rays.face[:, bounced], rays.cos_incidence[:, bounced], strict=True):
+        at = scenes.at(face, world)
+        permittivity, thickness_m = scenes.permittivity.ravel().take(at), scenes.thickness_m.ravel().take(at)
+        gain[bounced] *= slab_reflection(permittivity, thickness_m, cos_incidence, medium.carrier_hz)
     return gain
 
 
@@ -136,29 +190,42 @@ def _spreading(wavelengths: Float[np.ndarray, " rays"]) -> Complex[np.ndarray, "
     return unit_phasors(2.0 * np.pi * (np.rint(wavelengths) - wavelengths)) / (4.0 * np.pi * wavelengths)
 
 
-def _padded(traced: list[tuple[Rays, Complex[np.ndarray, " _"]]], *, n_links: int) -> Paths:
-    """Rays that something is left of, as rows of equal length."""
-    there = [_there(gains) for _, gains in traced]
-    links = [rays.link[some] for (rays, _), some in zip(traced, there, strict=True)]
-    counts = [np.bincount(link, minlength=n_links) for link in links]
-    n_paths = max(1, int(np.add.reduce(counts).max(initial=0)))
-    size, begin = n_links * n_paths, np.arange(n_links) * n_paths  # where the next ray of a link goes
+def _numbered(link: Int[np.ndarray, " rays"], n_links: int) -> tuple[int, Int[np.ndarray, " rays"]]:
+    """Most rays of a link, at least one, and the number of each ray among those of its link."""
+    n_each = len(link) // max(1, n_links)
+    if n_each * n_links == len(link) and (link.reshape(n_each, n_links) == np.arange(n_links)).all():
+        return max(1, n_each), np.repeat(np.arange(n_each), n_links)
+    count, number = np.bincount(link, minlength=n_links), np.empty(len(link), dtype=np.int64)
+    order = np.argsort(link, kind="stable")
+    number[order] = np.arange(len(link)) - np.repeat(count.cumsum() - count, count)
+    return max(1, int(count.max(initial=0))), number
+
+
+def columns_of(found: Traced) -> tuple[Complex[np.ndarray, "paths links"], Float[np.ndarray, "paths links"]]:
+    """Gain and length, m, of the rays of each link, padded with zeros: all that a channel needs."""
+    n_paths, numbers = found.places()
+    shape = (n_paths, found.ends.n_links)
+    gain, length_m = np.zeros(shape, dtype=complex), np.zeros(shape)
+    for rays, gains, number in zip(found.rays, found.gains, numbers, strict=True):
+        place = number * shape[1] + rays.link
+        gain.reshape(-1)[place], length_m.reshape(-1)[place] = gains, rays.length_m
+    return gain, length_m
+
+
+def paths_of(found: Traced, medium: Medium) -> Paths:
+    """Rays as rows of equal length, with the directions in which they leave and arrive."""
+    n_paths, numbers = found.places()
+    shape = (found.ends.n_links, n_paths)
+    size = shape[0] * n_paths
     gain, delay_s, order = np.zeros(size, dtype=complex), np.zeros(size), np.full(size, -1)
     azimuth_rad = np.zeros((2, size))
-    for (rays, gains), some, link, count in zip(traced, there, links, counts, strict=True):
-        place = np.arange(len(link)) + (begin - (count.cumsum() - count)).take(link)
-        begin += count
-        gain[place] = gains[some]
-        delay_s[place] = rays.length_m[some] / SPEED_OF_LIGHT_M_S
-        order[place] = np.minimum(rays.face[-1, some], 1) + len(rays.face) - 1
-        for azimuth, (x_m, y_m) in zip(azimuth_rad, rays.legs_m[:: len(rays.face)], strict=True):
-            azimuth[place] = np.arctan2(y_m[some] + 0.0, x_m[some])  # -0.0 would give -pi
-    shape = (n_links, n_paths)
+    for rays, gains, number in zip(found.rays, found.gains, numbers, strict=True):
+        place = rays.link * n_paths + number
+        gain[place] = gains
+        delay_s[place] = rays.length_m / SPEED_OF_LIGHT_M_S
+        order[place] = np.minimum(rays.face[-1], 1) + len(rays.face) - 1
+        legs_m = course_of(rays, found.ends, medium.scenes).legs_m
+        for azimuth, (x_m, y_m) in zip(azimuth_rad, legs_m[:: len(rays.face)], strict=True):
+            azimuth[place] = np.arctan2(y_m + 0.0, x_m)  # -0.0 would give -pi
     columns = (gain, delay_s, azimuth_rad[1], azimuth_rad[0], order)
     return Paths(*(column.reshape(shape) for column in columns))
-
-
-def _there(gains: Complex[np.ndarray, " _"]) -> Int[np.ndarray, " rays"] | slice:
-    """Rays that something is left of: nearly always all, which need no copy."""
-    some = gains.nonzero()[0]
-    return slice(None) if len(some) == len(gains) else some

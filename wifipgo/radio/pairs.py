@@ -1,0 +1,119 @@
+"""Pairs of robots of each world, and the paths between them."""
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float, Int, Shaped
+
+from wifipgo.radio.propagation.diffuse_scattering import Diffuse, with_diffuse
+from wifipgo.radio.propagation.image_method import Ends
+from wifipgo.radio.propagation.link_ends import Points, check_apart, checked_points
+from wifipgo.radio.propagation.materials import SPEED_OF_LIGHT_M_S
+from wifipgo.radio.propagation.paths import Medium, Paths, Traced, columns_of, paths_of, traced
+from wifipgo.rows import Rows
+
+
+class Pairs(NamedTuple):
+    """Pairs of each world, and where they are in a table ``(rows, peers)``.
+
+    Attributes:
+        low: Row of the lower robot.
+        high: Row of the higher robot of the same world.
+        place: Flat places of each pair in the table: seen from the lower, and from the higher.
+    """
+
+    low: Int[np.ndarray, " pairs"]
+    high: Int[np.ndarray, " pairs"]
+    place: Int[np.ndarray, "2 pairs"]
+
+    @classmethod
+    def of(cls, low: Int[np.ndarray, " pairs"], high: Int[np.ndarray, " pairs"], rows: Rows) -> "Pairs":
+        """Pairs from both their rows."""
+        n = rows.n_robots
+        return cls(low, high, np.stack([low * n + rows.peer(high), high * n + rows.peer(low)]))
+
+    def table(
+        self, values: Shaped[np.ndarray, " pairs"], other: float, rows: Rows
+    ) -> Shaped[np.ndarray, "rows peers"]:
+        """Values of pairs as a symmetric table, with another value where there is no pair."""
+        out = np.full((len(rows), rows.n_robots), other, dtype=values.dtype)
+        for place in self.place:
+            out.reshape(-1)[place] = values
+        return out
+
+
+@functools.lru_cache(maxsize=8)
+def all_pairs(rows: Rows) -> tuple[Pairs, Int[np.ndarray, "rows peers"]]:
+    """Every pair of every world, world by world, and the table that finds them; 0 where none is."""
+    first, second = np.triu_indices(rows.n_robots, 1)
+    base = rows.n_robots * np.arange(rows.n_worlds)[:, None]
+    pairs = Pairs.of((base + first).ravel(), (base + second).ravel(), rows)
+    row = pairs.table(np.arange(len(pairs.low)), 0.0, rows)
+    for array in (*pairs, row):
+        array.setflags(write=False)
+    return pairs, row
+
+
+class TracedPairs:
+    """Pairs in a medium. Directions of paths, which cost as much as the rest, come only where asked for."""
+
+    def __init__(self, points: Points, pairs: Pairs, medium: Medium, diffuse: Diffuse | None) -> None:
+        """Take pairs between points that were checked."""
+        self.pairs, self.medium = pairs, medium
+        self._points, self._diffuse = points, diffuse
+        self._whole: Traced | None = None
+
+    @classmethod
+    def between(
+        cls,
+        p_m: Float[np.ndarray, "rows 2"],
+        pairs: Pairs,
+        *,
+        rows: Rows,
+        medium: Medium,
+        diffuse: Diffuse | None,
+    ) -> "TracedPairs":
+        """Pairs of robots at these places."""
+        medium.check()
+        world = rows.world(np.arange(len(p_m)))
+        return cls(
+            checked_points(p_m, world, medium.scenes, lambda k: ("p_m", f"robot {k}")), pairs, medium, diffuse
+        )
+
+    def columns(
+        self, block: slice
+    ) -> tuple[Complex[np.ndarray, "paths block"], Float[np.ndarray, "paths block"]]:
+        """Gain and delay of the paths of some pairs, paths first."""
+        if self._diffuse is not None:
+            paths = self._with_diffuse(self._traced(block))
+            return paths.gain.T, paths.delay_s.T
+        found = self._traced(block)
+        if found.ends.n_links == len(self.pairs.low):
+            self._whole = found
+        gain, length_m = columns_of(found)
+        return gain, length_m * (1.0 / SPEED_OF_LIGHT_M_S)
+
+    @functools.cached_property
+    def paths(self) -> Paths:
+        """Paths of all pairs, one row each."""
+        return self._with_diffuse(self._whole or self._traced(slice(None)))
+
+    def some(self, chosen: Int[np.ndarray, " links"]) -> Paths:
+        """Paths of some pairs, each of which may be asked for more than once."""
+        once, place = np.unique(chosen, return_inverse=True)
+        return self._with_diffuse(self._traced(once)).only(place)
+
+    def _traced(self, chosen: slice | Int[np.ndarray, " some"]) -> Traced:
+        low, high = self.pairs.low[chosen], self.pairs.high[chosen]
+        ends = Ends.of(self._points.some(low), self._points.some(high))
+        check_apart(ends.gap_m, ends.tx.at_m, lambda k: ("p_m", f"robots {low[k]} and {high[k]}"))
+        return traced(ends, self.medium)
+
+    def _with_diffuse(self, found: Traced) -> Paths:
+        """Rays as rows, with what comes over scatterers."""
+        paths, ends = paths_of(found, self.medium), found.ends
+        if self._diffuse is None:
+            return paths
+        tx_m, rx_m, world = ends.tx.at_m.T, ends.rx.at_m.T, ends.tx.world
+        return with_diffuse(paths, tx_m, rx_m, self._diffuse, carrier_hz=self.medium.carrier_hz, world=world)
