@@ -116,4 +116,6 @@ class TracedPairs:
         if self._diffuse is None:
             return paths
         tx_m, rx_m, world = ends.tx.at_m.T, ends.rx.at_m.T, ends.tx.world
+        # Sums over paths go on by eights, so what follows the padding is added alike in any company.
+        paths = paths.padded(8)
         return with_diffuse(paths, tx_m, rx_m, self._diffuse, carrier_hz=self.medium.carrier_hz, world=world)

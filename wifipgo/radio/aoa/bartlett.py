@@ -1,15 +1,19 @@
 """Bartlett profiles: the share of a signal's power that each direction explains."""
 
+import functools
+from typing import NamedTuple
+
 import numpy as np
 from jaxtyping import Complex, Complex64, Float, Float32
 
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.radio.aoa.steering import Aperture
 
+# Signals of one product. All products have the same shape, so a signal has the same profile, to the bit, in
+# any company; larger ones would hardly be faster.
+_PRODUCT = 2
 # Signals of one block: what is worked on stays in the processor's cache.
-_BLOCK = 128
-# Fewer signals do not pay for looking whether the grid is symmetric.
-_WORTH_LOOKING = 24
+_BLOCK = 64
 
 
 @harmless_underflow
@@ -18,13 +22,14 @@ def bartlett_profiles(
 ) -> Float[np.ndarray, "links grid"]:
     """Share of each signal's power that each direction explains, in [0, 1].
 
-    ``|a^H s|^2 / (n |s|^2)``, one matrix product for all links. A signal without power has a
+    ``|a^H s|^2 / (n |s|^2)``, matrix products for all links. A signal without power has a
     profile of zeros. Where the second half of the grid is the first half turned round,
     opposite directions share the same four real products, which halves the work.
     """
-    single = signal.dtype == steering.dtype == np.complex64
-    if single and len(signal) >= _WORTH_LOOKING and _is_mirrored(steering):
-        return _mirrored(signal, steering)
+    if signal.dtype == steering.dtype == np.complex64:
+        quadratures = _quadratures(steering)
+        if quadratures is not None:
+            return _mirrored(signal, quadratures)
     response = signal.conj() @ steering
     parts = response.view(response.real.dtype)
     np.square(parts, out=parts)
@@ -38,6 +43,43 @@ def _scale(power: Float[np.ndarray, " links"], n_positions: int) -> Float[np.nda
     return 1.0 / np.maximum(power * n_positions, np.finfo(np.float32).tiny)[:, None]
 
 
+class _Constant(NamedTuple):
+    """An array that nobody can change, which is itself and equal to no other."""
+
+    array: np.ndarray
+
+    def __eq__(self, other: object) -> bool:
+        """Whether it is the same array."""
+        return isinstance(other, _Constant) and self.array is other.array
+
+    def __hash__(self) -> int:
+        """By identity, as equality is."""
+        return id(self.array)
+
+
+def _quadratures(steering: Complex64[np.ndarray, "positions grid"]) -> Float32[np.ndarray, "..."] | None:
+    """Real and imaginary parts of the first half of a mirrored grid; None if it is none.
+
+    Looked for once in steering vectors that are constant.
+    """
+    constant = not steering.flags.writeable and steering.base is None
+    return _quadratures_once(_Constant(steering)) if constant else _found_quadratures(steering)
+
+
+@functools.lru_cache(maxsize=32)
+def _quadratures_once(steering: _Constant) -> Float32[np.ndarray, "..."] | None:
+    return _found_quadratures(steering.array)
+
+
+def _found_quadratures(
+    steering: Complex64[np.ndarray, "positions grid"],
+) -> Float32[np.ndarray, "..."] | None:
+    half = steering.shape[1] // 2
+    if not _is_mirrored(steering):
+        return None
+    return np.concatenate([steering.real[:, :half], steering.imag[:, :half]], axis=1)
+
+
 def _is_mirrored(steering: Complex64[np.ndarray, "positions grid"]) -> bool:
     """Whether the directions of the second half are exactly opposite to those of the first."""
     half = steering.shape[1] // 2
@@ -48,7 +90,7 @@ def _is_mirrored(steering: Complex64[np.ndarray, "positions grid"]) -> bool:
 
 
 def _mirrored(
-    signal: Complex64[np.ndarray, "links positions"], steering: Complex64[np.ndarray, "positions grid"]
+    signal: Complex64[np.ndarray, "links positions"], quadratures: Float32[np.ndarray, "positions grid"]
 ) -> Float32[np.ndarray, "links grid"]:
     """Profiles on a mirrored grid from real products.
 
@@ -57,27 +99,25 @@ def _mirrored(
     plus or minus ``2 (xc yd - yc xd)``.
     """
     n_links, n_positions = signal.shape
-    half = steering.shape[1] // 2
-    quadratures = np.concatenate([steering.real[:, :half], steering.imag[:, :half]], axis=1)
-    out = np.empty((n_links, 2 * half), np.float32)
-    n_block = min(n_links, _BLOCK)
-    parts = np.empty((2, n_block, n_positions), np.float32)
-    products, crossed = np.empty((2, n_block, 2 * half), np.float32), np.empty((2, n_block, half), np.float32)
+    size, half = quadratures.shape[1], quadratures.shape[1] // 2
+    out = np.empty((n_links, size), np.float32)
     for start in range(0, n_links, _BLOCK):
         block, share = signal[start : start + _BLOCK], out[start : start + _BLOCK]
-        xy, found, cross = (part[:, : len(block)] for part in (parts, products, crossed))
-        xy[0], xy[1] = block.real, block.imag
-        np.matmul(xy, quadratures, out=found)
-        np.multiply(found[:, :, :half], found[::-1, :, half:], out=cross)
-        twice = np.subtract(cross[0], cross[1], out=cross[0])
+        n_products = -(-len(block) // _PRODUCT)
+        xy = np.zeros((n_products * _PRODUCT, 2, n_positions), np.float32)
+        xy[: len(block), 0], xy[: len(block), 1] = block.real, block.imag
+        products = np.matmul(xy.reshape(n_products, 2 * _PRODUCT, n_positions), quadratures)
+        found = products.reshape(-1, 2, size)[: len(block)]
+        twice = found[:, 0, :half] * found[:, 1, half:]
+        twice -= found[:, 1, :half] * found[:, 0, half:]
         twice += twice
         np.square(found, out=found)
-        np.add(found[0], found[1], out=share)
+        np.add(found[:, 0], found[:, 1], out=share)
         ahead, behind = share[:, :half], share[:, half:]
         ahead += behind
         np.subtract(ahead, twice, out=behind)
         ahead += twice
-        share *= _scale(np.vecdot(xy, xy).sum(axis=0), n_positions)
+        share *= _scale(np.vecdot(xy, xy).sum(axis=1)[: len(block)], n_positions)
     return np.maximum(out, 0.0, out=out)
 
 

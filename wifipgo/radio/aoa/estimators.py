@@ -106,7 +106,8 @@ def ratio_signal(
     tiny = np.finfo(np.float32).tiny
     power = np.maximum(np.abs(centre[:, 1]) ** 2, tiny)
     power = np.maximum(power, _DEEPEST_FADE * np.abs(centre[:, 0]) ** 2)
-    return (centre[:, 0] * centre[:, 1].conj() / power).astype(np.complex64)
+    behind = centre[:, 1].conj()
+    return (centre[:, 0] * behind / power).astype(np.complex64)
 
 
 @harmless_underflow
@@ -132,7 +133,8 @@ def pair_snapshots(
     csi: Complex[np.ndarray, "links 2 positions subcarriers"],
 ) -> Complex[np.ndarray, "links subcarriers positions"]:
     """Product h1 conj(h2) of each subcarrier at unit modulus: the snapshots of MUSIC."""
-    product = csi[:, 0] * csi[:, 1].conj()
+    behind = csi[:, 1].conj()  # named, as a product in place of a nameless one is rounded otherwise
+    product = csi[:, 0] * behind
     product /= np.maximum(np.abs(product), np.finfo(np.float32).tiny)
     return product.swapaxes(1, 2).astype(np.complex64)
 

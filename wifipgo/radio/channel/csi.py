@@ -38,6 +38,7 @@ __all__ = [
 THERMAL_NOISE_DBM_PER_HZ = -174.0
 # Those of a 20 MHz channel; others in `wifipgo.radio.channel.bands`.
 REPORTED_SUBCARRIERS = BANDS[20e6].subcarriers
+_LEAST_PATHS = 8
 _MAX_ANTENNAS = 3  # as many as an Intel 5300 has
 # No robot comes near; beyond, phases lose their digits and directions between antennas their meaning.
 FARTHEST_ANTENNA_M, CLOSEST_ANTENNAS_M = 10.0, 1e-4
@@ -239,19 +240,47 @@ def pair_csi(
     Returns:
         Channel gains, complex64, antenna 0 ahead and antenna 1 behind.
     """
-    half_turns = np.pi * antenna_gap_m / wavelength_m
-    away_rad = (paths.azimuth_rx_rad[:, None, :] - heading_rad[:, :, None]).astype(np.float32)
-    angle_rad = np.float32(half_turns) * np.cos(away_rad)
-    per_path = subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz)
-    per_path *= paths.gain.astype(np.complex64)[:, :, None]
+    half_turns = np.float32(np.pi * antenna_gap_m / wavelength_m)
+    n_links, n_paths = paths.gain.shape
+    per_path = _subcarriers_by_path(paths, bandwidth_hz)
     turned = per_path * np.complex64(1j)
+    azimuth, heading = _phasors_of(paths.azimuth_rx_rad), _phasors_of(heading_rad)
+    angle_rad = azimuth.real[:, :, None] * heading.real[:, None]  # first the cosine of the difference
+    angle_rad += azimuth.imag[:, :, None] * heading.imag[:, None]
+    angle_rad *= half_turns
     # exp(+-j angle) = cos +- j sin: both antennas share two products that are real on one side.
-    even = np.cos(angle_rad) @ per_path.view(np.float32)
-    odd = np.sin(angle_rad) @ turned.view(np.float32)
-    out = np.empty((len(even), 2, *even.shape[1:]), dtype=np.float32)
+    waves = np.zeros((2, n_links, per_path.shape[1], heading.shape[1]), dtype=np.float32)
+    np.cos(angle_rad, out=waves[0, :, :n_paths])
+    np.sin(angle_rad, out=waves[1, :, :n_paths])
+    even = waves[0].swapaxes(1, 2) @ per_path.view(np.float32)
+    odd = waves[1].swapaxes(1, 2) @ turned.view(np.float32)
+    out = np.empty((n_links, 2, *even.shape[1:]), dtype=np.float32)
     np.add(even, odd, out=out[:, 0])
     np.subtract(even, odd, out=out[:, 1])
     return out.view(np.complex64)
+
+
+def _phasors_of(angle_rad: Float[np.ndarray, "*shape"]) -> Complex64[np.ndarray, "*shape"]:
+    """`_phasors` of angles in double precision."""
+    return _phasors(angle_rad.astype(np.float32))
+
+
+def _subcarriers_by_path(
+    paths: Paths, bandwidth_hz: float
+) -> Complex64[np.ndarray, "links paths subcarriers"]:
+    """Gain of every path at every subcarrier, padded to `_LEAST_PATHS`.
+
+    From so many on, a sum over paths has the same bits however many zeros come after it, so a link has the
+    same CSI in any company.
+    """
+    each = subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz)
+    each *= paths.gain.astype(np.complex64)[:, :, None]
+    n_links, n_paths, n_subcarriers = each.shape
+    if n_paths >= _LEAST_PATHS:
+        return each
+    out = np.zeros((n_links, _LEAST_PATHS, n_subcarriers), dtype=np.complex64)
+    out[:, :n_paths] = each
+    return out
 
 
 def antenna_offsets(
@@ -305,9 +334,11 @@ def array_csi(
         Channel gains, complex64.
     """
     n_links, n_antennas, n_positions, _ = offset_m.shape
-    towards = np.stack([np.cos(paths.azimuth_rx_rad), np.sin(paths.azimuth_rx_rad)], axis=1)
-    turns = offset_m.reshape(n_links, n_antennas * n_positions, 2) @ towards / wavelength_m
-    arriving = _phasors((2.0 * np.pi * _within_a_turn(turns)).astype(np.float32))
-    arriving *= paths.gain.astype(np.complex64)[:, None, :]
-    channel = np.matmul(arriving, subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz))
+    east_m, north_m = offset_m.reshape(n_links, n_antennas * n_positions, 2).transpose(2, 0, 1)[:, :, None]
+    azimuth_rad = paths.azimuth_rx_rad[:, :, None]
+    turns = (np.cos(azimuth_rad) * east_m + np.sin(azimuth_rad) * north_m) / wavelength_m
+    per_path = _subcarriers_by_path(paths, bandwidth_hz)
+    arriving = np.zeros((n_links, per_path.shape[1], turns.shape[2]), dtype=np.complex64)
+    arriving[:, : turns.shape[1]] = _phasors_of(2.0 * np.pi * _within_a_turn(turns))
+    channel = np.matmul(arriving.swapaxes(1, 2), per_path)
     return channel.reshape(n_links, n_antennas, n_positions, channel.shape[-1])

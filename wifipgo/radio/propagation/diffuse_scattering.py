@@ -78,14 +78,17 @@ def with_diffuse(
     line_rad = np.arctan2(*(tx_m - rx_m).T[::-1])[:, None]
     off = wrap_angle(azimuth_rx - line_rad) ** 2 + wrap_angle(azimuth_tx - line_rad - np.pi) ** 2
     nearest = off.min(axis=1, keepdims=True)  # taken out, so that not all of them underflow
-    amplitude = diffuse.reflectivity.reshape(-1, at_m.shape[1])[own] * np.exp(
-        -(off - nearest) / (4.0 * diffuse.spread_rad**2)
-    )
+    reflectivity = diffuse.reflectivity.reshape(-1, at_m.shape[1])[own]
+    taper = np.exp(-(off - nearest) / (4.0 * diffuse.spread_rad**2))
+    amplitude = reflectivity * taper
     length_m = np.linalg.norm(to_rx, axis=-1) + np.linalg.norm(to_tx, axis=-1)
     delay_s = length_m / SPEED_OF_LIGHT_M_S
     traced = np.add.accumulate(np.abs(paths.gain) ** 2, axis=1)[:, -1]  # the same however far it is padded
     power = diffuse.ratio * traced / (np.abs(amplitude) ** 2).sum(axis=1)
-    gain = np.sqrt(power)[:, None] * amplitude * np.exp(-2j * np.pi * carrier_hz * delay_s)
+    # Factors are named: a product in place of a large nameless one is rounded otherwise.
+    scale, phasor = np.sqrt(power)[:, None], np.exp(-2j * np.pi * carrier_hz * delay_s)
+    scaled = scale * amplitude
+    gain = scaled * phasor
     there = gain != 0.0
     order = np.where(there, SCATTERED, -1)
     added = (gain, delay_s * there, azimuth_rx * there, azimuth_tx * there, order)

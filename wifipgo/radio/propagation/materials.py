@@ -20,6 +20,9 @@ VACUUM_PERMITTIVITY_F_M = 8.8541878128e-12
 CARRIER_LIMITS_HZ = (1e3, 1e15)
 THICKNESS_LIMITS_M = (1e-6, 10.0)
 MOST_PERMITTIVITY, MOST_LOSS = 1e6, 1e12
+# Factors of complex products below have names: numpy works in place of large ones that have none, and rounds
+# otherwise there, but a ray is to have the same bits in any company.
+
 # Smallest cosine of incidence: without it a lossless slab would divide nothing by nothing.
 _GRAZING = 1e-9
 
@@ -133,8 +136,10 @@ def slab_reflection(
         Amplitude ratio, complex, at most 1 in modulus.
     """
     r, one_way = _interface(permittivity, thickness_m, cos_incidence, carrier_hz)
-    there_and_back = one_way * one_way
-    return r * (1.0 - there_and_back) / (1.0 - r * r * there_and_back)
+    there_and_back, r2 = one_way * one_way, r * r
+    inside, lost = r2 * there_and_back, 1.0 - there_and_back
+    reflected = r * lost
+    return reflected / (1.0 - inside)
 
 
 @harmless_underflow
@@ -150,8 +155,10 @@ def slab_transmission(
     phase ``q`` over the thickness comes on top of that of the straight ray.
     """
     r, one_way = _interface(permittivity, thickness_m, cos_incidence, carrier_hz)
-    r2 = r * r
-    return (1.0 - r2) * one_way / (1.0 - r2 * (one_way * one_way))
+    r2, there_and_back = r * r, one_way * one_way
+    inside, entering = r2 * there_and_back, 1.0 - r2
+    through = entering * one_way
+    return through / (1.0 - inside)
 
 
 def _interface(

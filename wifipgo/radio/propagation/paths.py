@@ -45,6 +45,13 @@ class Paths(NamedTuple):
         """Paths of some links."""
         return Paths(*(column.take(links, axis=0) for column in self))
 
+    def padded(self, multiple: int) -> "Paths":
+        """The same with so many columns, or a multiple of that."""
+        n = -self.order.shape[1] % multiple
+        values = (-1 if column is self.order else 0 for column in self)
+        columns = zip(self, values, strict=True)
+        return Paths(*(np.pad(column, ((0, 0), (0, n)), constant_values=value) for column, value in columns))
+
 
 class Medium(NamedTuple):
     """What rays are traced through, and how far.
