@@ -7,9 +7,10 @@ from jaxtyping import Float, Int
 
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import require
-from wifipgo.radio.channel import csi, rates
+from wifipgo.radio.channel import rates
 from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.impairments import EpisodeImpairments
+from wifipgo.radio.channel.subcarriers import combed_channel
 from wifipgo.radio.pairs import TracedPairs, all_pairs
 from wifipgo.radio.propagation.paths import Medium, Paths
 from wifipgo.radio.propagation.scenes import Scenes, scenes_of
@@ -90,7 +91,7 @@ def probe_links(
 def _carried(pairs: TracedPairs, block: slice, cfg: RadioConfig) -> tuple[np.ndarray, np.ndarray]:
     """Rate and effective SNR of some pairs."""
     gain, delay_s = pairs.columns(block)
-    channel = csi.combed_channel(gain, delay_s, bandwidth_hz=cfg.bandwidth_hz)
+    channel = combed_channel(gain, delay_s, bandwidth_hz=cfg.bandwidth_hz)
     snr = np.square(channel.real)
     snr += np.square(channel.imag)
     snr *= np.float32(cfg.snr_scale)

@@ -1,0 +1,123 @@
+"""The channel along the subcarriers of a band: what the delay of each path does there."""
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Complex64, Float, Float32, Inexact, Int
+
+from wifipgo.arithmetic import harmless_underflow
+from wifipgo.errors import require
+from wifipgo.radio.channel.bands import BANDS, SUBCARRIER_SPACING_HZ, band_of
+from wifipgo.radio.propagation.paths import Paths
+
+
+def _phasors(angle_rad: Float32[np.ndarray, "*shape"]) -> Complex64[np.ndarray, "*shape"]:
+    """exp(j angle) in single precision, ten times faster than the complex exponential."""
+    out = np.empty(angle_rad.shape, dtype=np.complex64)
+    np.cos(angle_rad, out=out.real)
+    np.sin(angle_rad, out=out.imag)
+    return out
+
+
+@harmless_underflow
+def subcarrier_phasors(
+    delay_s: Float[np.ndarray, "links paths"], *, bandwidth_hz: float = 20e6
+) -> Complex[np.ndarray, "links paths subcarriers"]:
+    """Phase that each path's delay adds at each reported subcarrier, relative to the carrier."""
+    turns = within_a_turn(-SUBCARRIER_SPACING_HZ * delay_s)
+    each_rad = np.multiply(2.0 * np.pi, turns, dtype=np.float32, casting="same_kind")
+    return _phasors(each_rad[..., None] * _subcarriers_f32(bandwidth_hz))
+
+
+def within_a_turn(turns: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
+    """Turns without whole ones, which would cost single precision its digits; in place."""
+    turns -= np.rint(turns)
+    return turns
+
+
+@functools.lru_cache(maxsize=len(BANDS))
+def _subcarriers_f32(bandwidth_hz: float) -> Float32[np.ndarray, " subcarriers"]:
+    """Indices of the reported subcarriers, in single precision."""
+    return band_of(bandwidth_hz).subcarriers.astype(np.float32)
+
+
+@harmless_underflow
+def centre_channel(paths: Paths, *, bandwidth_hz: float = 20e6) -> Complex[np.ndarray, "links subcarriers"]:
+    """Noise-free channel at the receiver's centre, gain per subcarrier."""
+    place = _comb(bandwidth_hz).place
+    found = combed_channel(paths.gain.T, paths.delay_s.T, bandwidth_hz=bandwidth_hz)
+    return found.take(place, axis=0).T
+
+
+def combed_channel(
+    gain: Inexact[np.ndarray, "paths links"],
+    delay_s: Float[np.ndarray, "paths links"],
+    *,
+    bandwidth_hz: float,
+) -> Complex64[np.ndarray, "subcarriers links"]:
+    """The same with links last and the subcarriers in another order, which no mean over them minds.
+
+    Between subcarriers as far apart a path turns by the same factor, so most are products of others: twice as
+    many with each multiplication, which costs a fraction of as many sines and errs by a few roundings. Paths
+    are added one by one, so that a link has the same channel, to the bit, in any company.
+    """
+    comb, (n_paths, n_links) = _comb(bandwidth_hz), gain.shape
+    turns = comb.indices[:, None, None] * (-SUBCARRIER_SPACING_HZ * delay_s)
+    phasors = _phasors((2.0 * np.pi * within_a_turn(turns)).astype(np.float32))
+    *firsts, power = phasors[len(comb.rest) :]
+    narrow = gain.astype(np.complex64)
+    each = np.empty((n_paths, len(firsts), comb.length, n_links), dtype=np.complex64)
+    for run, first in enumerate(firsts):
+        np.multiply(first, narrow, out=each[:, run, 0])
+    done = 1
+    while done < comb.length:
+        more = min(done, comb.length - done)
+        np.multiply(each[:, :, :more], power[:, None, None], out=each[:, :, done : done + more])
+        power, done = power * power if done + more < comb.length else power, done + more
+    rows = each.reshape(n_paths, -1, n_links)
+    for row, phasor in zip(comb.rest, phasors, strict=False):
+        np.multiply(phasor, narrow, out=rows[:, row])
+    total: np.ndarray = rows[0]
+    for more_of_it in rows[1:]:
+        total += more_of_it
+    return total
+
+
+class _Comb(NamedTuple):
+    """Reported subcarriers as runs of one length that are equally far apart.
+
+    Attributes:
+        indices: Subcarriers that are in no run, the first of each run, and the distance within runs.
+        length: Of each run.
+        rest: Rows of the runs that are no reported subcarrier, and hold those that are in no run.
+        place: Row of each reported subcarrier.
+    """
+
+    indices: Float[np.ndarray, " _"]
+    length: int
+    rest: tuple[int, ...]
+    place: Int[np.ndarray, " subcarriers"]
+
+
+@functools.lru_cache(maxsize=len(BANDS))
+def _comb(bandwidth_hz: float) -> _Comb:
+    """Runs of a band."""
+    subcarriers = band_of(bandwidth_hz).subcarriers
+    gaps = np.diff(subcarriers)
+    apart = np.bincount(gaps).argmax()
+    starts = np.append(0, np.flatnonzero(gaps != apart) + 1)
+    lengths = np.diff(starts, append=len(subcarriers))
+    firsts, alone = subcarriers[starts[lengths > 1]], subcarriers[starts[lengths == 1]]
+    rows = (firsts[:, None] + apart * np.arange(lengths.max())).ravel()
+    rest = np.flatnonzero(~np.isin(rows, subcarriers))
+    require(len(rest) == len(alone), "subcarriers", "runs of one length but for single ones", subcarriers)
+    rows[rest] = alone
+    place = np.argsort(rows)[np.searchsorted(np.sort(rows), subcarriers)]
+    indices = np.concatenate([alone, firsts, [apart]]).astype(float)
+    return _Comb(indices, int(lengths.max()), tuple(rest.tolist()), place)
+
+
+def phasors_of(angle_rad: Float[np.ndarray, "*shape"]) -> Complex64[np.ndarray, "*shape"]:
+    """exp(j angle) of angles in double precision, in single precision."""
+    return _phasors(angle_rad.astype(np.float32))
