@@ -1,6 +1,7 @@
 """Random boxes: those that drawing and trying them one by one gives, at a price that many boxes can pay."""
 
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -93,6 +94,37 @@ def test_starts_among_many_boxes_are_free() -> None:
     cfg = ArenaConfig(size_m=60.0, obstacle_density=0.15)
     layout = random_layout(100, cfg, rng=np.random.default_rng(4))
     assert gap_to_obstacles(layout.starts[:, :2], layout.obstacles_m).min() > 2.0 * cfg.robot_radius_m
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_starts_are_those_of_one_try_after_the_other(seed: int) -> None:
+    cfg = ArenaConfig(size_m=9.0, n_obstacles=3, clearance_m=0.4)
+    layout, plain = random_layout(25, cfg, rng=np.random.default_rng(seed)), np.random.default_rng(seed)
+    boxes, kept = random_obstacles(cfg, rng=plain), np.zeros((0, 3))
+    while len(kept) < 25:
+        p_m, yaw = plain.uniform(0.3, 8.7, (1, 2)), plain.uniform(-np.pi, np.pi)
+        apart_m = np.hypot(*(kept[:, :2] - p_m).T).min(initial=np.inf)
+        if apart_m > 0.6 and gap_to_obstacles(p_m, boxes)[0] > 0.3:
+            kept = np.concatenate([kept, [[*p_m[0], yaw]]])
+    np.testing.assert_array_equal(layout.starts, kept)
+
+
+def test_hundreds_of_boxes_and_starts_take_seconds() -> None:
+    """At random, and taken over by hand, which is checked: start by start against what is near."""
+    begin = time.process_time()
+    layout = random_layout(400, ArenaConfig(size_m=120.0, n_obstacles=400), rng=np.random.default_rng(0))
+    by_hand = ArenaConfig(
+        size_m=120.0,
+        obstacles_m=tuple(tuple(map(tuple, corners.tolist())) for corners in layout.obstacles_m),
+        starts=tuple(map(tuple, layout.starts.tolist())),
+    )
+    assert time.process_time() - begin < 8.0
+    np.testing.assert_array_equal(by_hand.starts, layout.starts)
+    on_a_box = layout.obstacles_m[300].mean(axis=0).tolist()
+    with pytest.raises(
+        ValueError, match=r"starts\[1\] must be a robot's radius .* from .*obstacles_m\[300\]"
+    ):
+        replace(by_hand, starts=(by_hand.starts[0], (*on_a_box, 0.0)))
 
 
 def test_double_reflections_of_very_many_faces_are_refused() -> None:

@@ -31,6 +31,8 @@ OBSTACLES, STARTS = "ArenaConfig.obstacles_m", "ArenaConfig.starts"
 _MOST_CELLS = 400
 # Each corner is tried against each edge; the outline of a country has fewer.
 _MOST_CORNERS, _MOST_CORNERS_IN_ALL = 1_000, 100_000
+# What is nearer by more than this is nearer, however distances are rounded.
+SURELY_M = 1e-6
 
 
 class Outlines:
@@ -53,11 +55,11 @@ class Outlines:
 
     def nearer(
         self, low_m: Float[np.ndarray, "2"], high_m: Float[np.ndarray, "2"], gap_m: float
-    ) -> list[Float[np.ndarray, "_ 2"]]:
-        """Those whose rectangles come nearer to a rectangle than a gap along both axes."""
+    ) -> dict[int, Float[np.ndarray, "_ 2"]]:
+        """Those whose rectangles come nearer to a rectangle than a gap along both axes, by their numbers."""
         n = len(self._polygons_m)
         near = (low_m - self._high_m[:n] < gap_m) & (self._low_m[:n] - high_m < gap_m)
-        return [self._polygons_m[k] for k in (near[:, 0] & near[:, 1]).nonzero()[0].tolist()]
+        return {k: self._polygons_m[k] for k in (near[:, 0] & near[:, 1]).nonzero()[0].tolist()}
 
 
 def gap_to_obstacles(
@@ -137,13 +139,13 @@ def check_starts(
     Raises:
         ValueError: Such a start; names its index and that of the obstacle or the other start.
     """
-    poses = np.array(starts).reshape(-1, 3)
+    poses, outlines = np.array(starts).reshape(-1, 3), Outlines([np.array(c) for c in obstacles_m])
     for k, (pose, start) in enumerate(zip(poses, starts, strict=True)):
         name, p_m = f"{STARTS}[{k}]", pose[None, :2]
         inside = pose[:2].min() >= radius_m and pose[:2].max() <= size_m - radius_m
         require(inside, name, f"a robot's radius inside the room, {radius_m:g}..{size_m - radius_m:g}", start)
-        for index, corners in enumerate(obstacles_m):
-            clear = gap_to_obstacles(p_m, [np.array(corners)])[0] >= radius_m
+        for index, corners_m in outlines.nearer(p_m[0], p_m[0], radius_m + SURELY_M).items():
+            clear = gap_to_obstacles(p_m, [corners_m])[0] >= radius_m
             rule = f"a robot's radius ({radius_m:g} m) from {OBSTACLES}[{index}]"
             require(bool(clear), name, rule, start)
         for index in np.flatnonzero(np.hypot(*(poses[:k, :2] - pose[:2]).T) < 2.0 * radius_m).tolist():

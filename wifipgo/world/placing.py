@@ -14,15 +14,13 @@ from wifipgo import segments
 from wifipgo.errors import BadInputError, require
 from wifipgo.world import map_checks
 from wifipgo.world.layout import ArenaConfig, Layout, room_walls
-from wifipgo.world.map_checks import Outlines, gap_to_obstacles
+from wifipgo.world.map_checks import SURELY_M, Outlines, gap_to_obstacles
 from wifipgo.world.polygons import area_m2
 
 # So many boxes or starts in a row that do not fit, and the room is taken to be full.
 _TRIES = 2_000
 # Boxes that are drawn at a time.
 _BATCH = 512
-# A box that comes nearer by more than this does not fit, however its distance is rounded.
-_SURELY_M = 1e-6
 _CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
@@ -118,7 +116,7 @@ def _may_fit(
     """Which boxes are neither surely too near to a wall nor surely too near to a box that is placed."""
     corners_m = _all_corners(drawn)
     wall_m = np.minimum(corners_m, cfg.size_m - corners_m).min(axis=(1, 2))
-    may: np.ndarray = wall_m >= cfg.clearance_m - _SURELY_M
+    may: np.ndarray = wall_m >= cfg.clearance_m - SURELY_M
     if placed and may.any():
         own, others_m = np.flatnonzero(may), np.array(placed)
         reach_m = cfg.clearance_m + np.sqrt(2.0) * cfg.obstacle_max_m
@@ -126,7 +124,7 @@ def _may_fit(
         pairs = next(trees).sparse_distance_matrix(next(trees), reach_m, output_type="ndarray")
         a_m, b_m = corners_m[own[pairs["i"]]], others_m[pairs["j"]]
         gap_m = np.minimum(_corners_to_box(a_m, b_m), _corners_to_box(b_m, a_m))
-        may[own[pairs["i"][gap_m < cfg.clearance_m - _SURELY_M]]] = False
+        may[own[pairs["i"][gap_m < cfg.clearance_m - SURELY_M]]] = False
     return may
 
 
@@ -157,7 +155,7 @@ def _fits(box: np.ndarray, placed: Outlines, cfg: ArenaConfig) -> bool:
     if box.min() < cfg.clearance_m or box.max() > cfg.size_m - cfg.clearance_m:
         return False
     near = placed.nearer(box.min(axis=0), box.max(axis=0), cfg.clearance_m)
-    if any(_box_gap(box, other) < cfg.clearance_m for other in near):
+    if any(_box_gap(box, other) < cfg.clearance_m for other in near.values()):
         return False
     starts_m = np.array(cfg.starts).reshape(-1, 3)[:, :2]
     return bool(gap_to_obstacles(starts_m, [box]).min(initial=np.inf) > 2.0 * cfg.robot_radius_m)
@@ -214,8 +212,8 @@ def random_starts(
 
 def _is_free(p_m: Float[np.ndarray, "1 2"], obstacles: Outlines, margin_m: float) -> bool:
     """Whether a point is further than a margin from all obstacles."""
-    near = obstacles.nearer(p_m[0], p_m[0], margin_m + _SURELY_M)
-    return bool(gap_to_obstacles(p_m, near)[0] > margin_m)
+    near = obstacles.nearer(p_m[0], p_m[0], margin_m + SURELY_M)
+    return bool(gap_to_obstacles(p_m, list(near.values()))[0] > margin_m)
 
 
 def _in_largest_part(p_m: np.ndarray, cfg: ArenaConfig) -> bool:
