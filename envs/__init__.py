@@ -4,7 +4,8 @@ Importing this package registers, without loading what it names:
 
 - ``pettingzoo.make("parallel", "wifipgo/rendezvous-v0")`` and ``"aec"`` (PettingZoo 1.27 on; older ones have
   no registry),
-- ``gymnasium.make("wifipgo/RendezvousTeam-v0")``, one controller for the whole team.
+- ``gymnasium.make("wifipgo/RendezvousTeam-v0")``, one controller for the whole team; ``gymnasium.make_vec``
+  makes many teams that are stepped at once.
 """
 
 import sys

@@ -12,7 +12,11 @@ def register_all() -> None:
     if hasattr(pettingzoo, "register"):  # 1.27 and newer
         _register_rendezvous()
     if TEAM_ID not in gymnasium.registry:
-        gymnasium.register(TEAM_ID, entry_point="envs._team_env:RendezvousTeamEnv")
+        gymnasium.register(
+            TEAM_ID,
+            entry_point="envs._team_env:RendezvousTeamEnv",
+            vector_entry_point="envs._team_vector_env:RendezvousTeamVectorEnv",
+        )
 
 
 def _register_rendezvous() -> None:

@@ -48,9 +48,8 @@ class RendezvousTeamEnv(gymnasium.Env[np.ndarray, np.ndarray], EzPickle):
         self.robots = RendezvousEnv(scenario, render_mode=render_mode, **arguments)
         self.render_mode = render_mode
         self.agents = tuple(self.robots.possible_agents)
-        self.observation_space = _joined([self.robots.observation_space(a) for a in self.agents])
-        moves = [self.robots.action_space(a) for a in self.agents]
-        self.action_space = _choices(moves) if isinstance(moves[0], spaces.Discrete) else _joined(moves)
+        self.observation_space = joined_boxes([self.robots.observation_space(a) for a in self.agents])
+        self.action_space = joined_actions([self.robots.action_space(a) for a in self.agents])
 
     def reset(
         self, *, seed: int | np.integer[Any] | None = None, options: Mapping[str, Any] | None = None
@@ -97,12 +96,14 @@ class RendezvousTeamEnv(gymnasium.Env[np.ndarray, np.ndarray], EzPickle):
         self.robots.close()
 
 
-def _choices(each: list[spaces.Space[Any]]) -> spaces.MultiDiscrete:
-    """One choice a robot."""
-    return spaces.MultiDiscrete([int(space.n) for space in each if isinstance(space, spaces.Discrete)])
+def joined_actions(each: list[spaces.Space[Any]]) -> spaces.Box | spaces.MultiDiscrete:
+    """Actions of all robots, or one choice a robot."""
+    if isinstance(each[0], spaces.Discrete):
+        return spaces.MultiDiscrete([int(space.n) for space in each if isinstance(space, spaces.Discrete)])
+    return joined_boxes(each)
 
 
-def _joined(boxes: list[spaces.Space[Any]]) -> spaces.Box:
+def joined_boxes(boxes: list[spaces.Space[Any]]) -> spaces.Box:
     """One box after the other."""
     flat = [box for box in boxes if isinstance(box, spaces.Box)]
     low, high = (np.concatenate([getattr(box, side) for box in flat]) for side in ("low", "high"))

@@ -14,6 +14,7 @@ from envs._reward import REWARDS
 from envs._snapshot import EpisodeSnapshot
 from envs._spaces import by_name
 from envs._team_env import RendezvousTeamEnv
+from envs._team_vector_env import RendezvousTeamVectorEnv
 from envs._turn_based import CheckedActionsWrapper
 from envs._vector import RESET_MASK, Buffers, RendezvousVectorEnv, VectorStep, vector_env
 from envs.directions import N_BINS, bin_azimuths
@@ -41,6 +42,7 @@ __all__ = [
     "Field",
     "RendezvousEnv",
     "RendezvousTeamEnv",
+    "RendezvousTeamVectorEnv",
     "RendezvousVectorEnv",
     "Turn",
     "VectorStep",
