@@ -81,11 +81,10 @@ class BestView:
         there = view.own("position")[:, None] + ahead
         x2, y2 = (np.square(there[..., k, None] - BINS) for k in (0, 1))
         away2 = (x2[..., :, None] + y2[..., None, :]).reshape(*there.shape[:2], -1)
-        wanted = np.where(candidates(view.survey), 0.0, np.inf)[:, None]
-        away2 += wanted
+        away2 += np.where(candidates(view.survey), 0.0, np.inf)[:, None]
         near = away2 <= self._sight**2
-        rest2 = np.where(near, np.inf, away2).min(axis=2)
-        return near.sum(axis=2), np.sqrt(rest2) / self._step
+        np.copyto(away2, np.inf, where=near)
+        return np.count_nonzero(near, axis=2), np.sqrt(away2.min(axis=2)) / self._step
 
 
 class Frontier:
