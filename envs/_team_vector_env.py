@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
-from jaxtyping import Bool, Real
+from jaxtyping import Bool
 
 from envs._autoreset import step_and_reset
 from envs._rendezvous import RendezvousEnv
@@ -68,7 +68,7 @@ class RendezvousTeamVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._ended = self._ended & ~begun
         return self._rows(seen), self._infos(infos, begun)
 
-    def step(self, actions: Real[np.ndarray, "worlds moves"]) -> Step:
+    def step(self, actions: np.ndarray) -> Step:
         """Advance every world by one iteration.
 
         Raises:
