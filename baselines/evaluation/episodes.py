@@ -166,7 +166,7 @@ def play(
     """Play every world to its end.
 
     Args:
-        env: The worlds; they stand at their ends afterwards.
+        env: The worlds.
         driver: Drives their teams.
         seeds: Of each world.
         look: Called at the start and after each iteration.
@@ -182,6 +182,8 @@ def play(
         observations, *_, infos = env.step(driver.act_rows(observations))
         now = Now.of(env)
         recording.add(now, infos, live)
+        for k in np.flatnonzero(live & env.over).tolist():
+            recording.ends[k] = env.tick_of(k)
         look(env)
     return recording
 
@@ -195,7 +197,7 @@ def _episode(
 ) -> Episode:
     """What was recorded of one world."""
     steps, meetings = recording.steps(world), recording.meetings(world)
-    tick, layout, n_times = env.tick_of(world), env.world_of(world).layout, len(steps["err"]) + 1
+    end, layout = recording.ends[world], env.world_of(world).layout
     return Episode(
         policy=policy,
         trial=trial,
@@ -205,12 +207,12 @@ def _episode(
             threshold=env.scenario.rendezvous.err_threshold,
             n_meetings=len(meetings),
             coverage=float(recording.coverage[world]),
-            bytes_sent=int(np.ravel(tick.belief.team.bytes_sent)[0]),
+            bytes_sent=int(np.ravel(end.belief.team.bytes_sent)[0]),
         ),
         steps=steps,
         meetings=meetings,
-        reference=tick.truth.poses[:, :n_times],
-        estimate=tick.belief.paths.estimate[:, :n_times],
+        reference=end.truth.poses,
+        estimate=end.belief.paths.estimate,
         walls_m=layout.walls_m,
         obstacles_m=tuple(layout.obstacles_m),
     )

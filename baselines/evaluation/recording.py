@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float, Int, Shaped
 
 from envs.rendezvous_v0 import RendezvousVectorEnv
 from wifipgo.rendezvous import NOBODY
+from wifipgo.state import Tick
 
 Steps = Mapping[str, Shaped[np.ndarray, "iterations robots"]]
 _OF_INFOS = {
@@ -50,11 +51,13 @@ class Recording:
     Attributes:
         n_done: Iterations of each world.
         coverage: Share of cells that each team saw.
+        ends: State of each world that is over, when it ended.
     """
 
     def __init__(self, n_worlds: int, n_steps: int) -> None:
         """Begin, with room for so many iterations."""
         self.n_done, self.coverage = np.zeros(n_worlds, dtype=np.int64), np.zeros(n_worlds)
+        self.ends: dict[int, Tick] = {}
         self._n_steps, self._t = n_steps, 0
         self._columns: dict[str, np.ndarray] = {}
         self._met: list[Float[np.ndarray, "meetings 4"]] = []

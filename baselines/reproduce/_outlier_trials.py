@@ -102,8 +102,8 @@ def _save(path: Path, result: Arrays) -> None:
 def _played(scenario: Scenario, seeds: Sequence[int]) -> list[Tick]:
     """The ends of episodes of active rendezvous."""
     env = vector_env(scenario, n_worlds=len(seeds))
-    play(env, make_policy("active", scenario), seeds)
-    return [env.tick_of(k) for k in range(len(seeds))]
+    ends = play(env, make_policy("active", scenario), seeds).ends
+    return [ends[k] for k in range(len(seeds))]
 
 
 def _errors(tick: Tick) -> Float[np.ndarray, " methods"]:

@@ -22,7 +22,7 @@ from baselines.evaluate import (
 )
 from baselines.evaluation import jobs
 from baselines.evaluation.batches import Batch
-from baselines.evaluation.run_folder import FILES, FIRST, PICTURES
+from baselines.evaluation.run_folder import FILES, FIRST, PICTURES, steps_frame
 from baselines.policies import make_policy
 from wifipgo.files.results_folder import MANIFEST, partial_of
 from wifipgo.scenarios import scenario_named
@@ -149,6 +149,19 @@ def test_a_run_goes_on_in_the_middle_of_a_batch(
     assert played == [[0, 2], [1]]
     for name in ("episodes.parquet", "steps.parquet"):
         assert (out / name).read_bytes() == (done / name).read_bytes()
+
+
+def test_worlds_that_end_before_others_are_as_if_alone() -> None:
+    """Each ends when its measurements are taken; what is played beside it goes on, and it does not."""
+    scenario = scenario_named("paper-outliers", size_m=10.0)
+    together = run_episodes(scenario, "active", range(4), trials=range(4))
+    assert len({episode.figures["n_steps"] for episode in together}) > 1
+    for seed, one in enumerate(together):
+        alone = run_episode(scenario, "active", seed, trial=seed)
+        assert one.figures == alone.figures
+        for name in ("reference", "estimate", "meetings"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(alone, name))
+        pd.testing.assert_frame_equal(steps_frame([one]), steps_frame([alone]))
 
 
 def test_a_policy_of_ones_own_plays_many_worlds() -> None:
