@@ -1,39 +1,40 @@
-"""TorchRL: the robots are one group of tensors; a rollout under random actions, then under a shared network.
+"""TorchRL: many worlds are one batch of tensors; rollouts past the ends of episodes, then a fitted value.
 
 Needs ``torchrl``. Run: python examples/06_collect_with_torchrl.py
 """
 
 import torch
 from tensordict.nn import TensorDictModule
-from torchrl.envs import PettingZooWrapper
 from torchrl.modules import MultiAgentMLP
 
-from envs.rendezvous_v0 import parallel_env
+from train.torchrl_env import RendezvousTorchEnv
 
 torch.manual_seed(0)
-env = PettingZooWrapper(parallel_env("paper-sim-2", size_m=4.0, n_steps=20), return_state=True)
-env.set_seed(0)
+env = RendezvousTorchEnv("paper-sim-2", num_envs=8, size_m=4.0, n_steps=10, return_state=True, seed=0)
 
-rollout = env.rollout(20)
-print("observations of (steps, robots, numbers):", tuple(rollout["robot", "observation"].shape))
-print("mean return under random actions:", round(rollout["next", "robot", "reward"].sum(0).mean().item(), 3))
-print(
-    "cut by the clock, not ended:",
-    bool(rollout["next", "truncated"][-1]),
-    bool(rollout["next", "terminated"][-1]),
-)
+rollout = env.rollout(25, break_when_any_done=False)  # worlds that end begin anew
+print("observations of (worlds, steps, robots, numbers):", tuple(rollout["robots", "observation"].shape))
+print("states of (worlds, steps, numbers):", tuple(rollout["state"].shape))
+print("episodes that ended:", int(rollout["next", "done"].sum()))
+print("mean reward of random actions:", round(rollout["next", "robots", "reward"].mean().item(), 3))
 
-n_numbers = env.observation_spec["robot", "observation"].shape[-1]
-n_robots, n_moves = env.full_action_spec["robot", "action"].shape
-network = MultiAgentMLP(n_numbers, n_moves, n_robots, centralized=False, share_params=True, num_cells=(32,))
+n_numbers = env.full_observation_spec_unbatched["robots", "observation"].shape[-1]
+n_robots, n_moves = env.full_action_spec_unbatched["robots", "action"].shape
+layers = {"centralized": False, "share_params": True, "num_cells": (32,)}
+network = MultiAgentMLP(n_numbers, n_moves, n_robots, **layers)
 policy = TensorDictModule(
     lambda seen: torch.tanh(network(seen)),
-    in_keys=[("robot", "observation")],
-    out_keys=[("robot", "action")],
+    in_keys=[("robots", "observation")],
+    out_keys=[("robots", "action")],
 )
-with torch.no_grad():
-    rollout = env.rollout(20, policy)
-print(
-    "mean return of an untrained network:", round(rollout["next", "robot", "reward"].sum(0).mean().item(), 3)
-)
+value = MultiAgentMLP(n_numbers, 1, n_robots, **layers)
+optimiser = torch.optim.Adam(value.parameters(), lr=0.001)
+for _ in range(3):
+    with torch.no_grad():
+        batch = env.rollout(25, policy, break_when_any_done=False)
+    loss = (value(batch["robots", "observation"]) - batch["next", "robots", "reward"]).square().mean()
+    optimiser.zero_grad()
+    loss.backward()
+    optimiser.step()
+    print(f"squared error of a value of the next reward: {loss.item():.4f}")
 env.close()
