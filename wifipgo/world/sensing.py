@@ -12,6 +12,7 @@ from wifipgo.errors import require, require_within
 from wifipgo.rows import Chance
 from wifipgo.world.layout import in_world
 from wifipgo.world.neighbours import Neighbours, neighbours
+from wifipgo.world.pair_chance import pair_normals, pair_uniforms
 
 _LEAST_SIGMA = 1e-3
 # Errors and ranges beyond all rooms, and far from where their squares overflow.
@@ -178,8 +179,12 @@ def sight_robots(
     pairs = _in_view(poses, faces_m, range_m)
     if not len(pairs.row):
         return found
-    order = np.lexsort((pairs.apart_m, pairs.row))  # the lower number of two that are as near
-    nearest = order[np.diff(pairs.row[order], prepend=-1).nonzero()[0]]
+    shortest_m = np.full(len(poses), np.inf)
+    np.minimum.at(shortest_m, pairs.row, pairs.apart_m)
+    at = (pairs.apart_m == shortest_m[pairs.row]).nonzero()[0][::-1]
+    nearest = np.full(len(poses), -1)
+    nearest[pairs.row[at]] = at  # the lower number of two that are as near, as it is written last
+    nearest = nearest[nearest >= 0]
     seer, apart_m, unit = pairs.row[nearest], pairs.apart_m[nearest], unit[pairs.row[nearest]]
     d_m = poses[pairs.other[nearest], :2] - poses[seer, :2]
     distance_m = apart_m * np.exp(_CAMERA_RANGE_SIGMA * unit[:, 0])
@@ -209,21 +214,21 @@ def observe_robots(
     """Relative poses between robots in view of each other, some of them outliers.
 
     An outlier's error is between ``outlier_min_sigma`` and ``outlier_max_sigma`` with a random
-    sign in every component (paper Sec. 7.3) in place of the Gaussian one. Noise is drawn for
-    all pairs, so that the streams do not depend on who saw whom; that of outliers only where
-    there are any.
+    sign in every component (paper Sec. 7.3) in place of the Gaussian one. Noise is a function of
+    the pair and the step (`wifipgo.world.pair_chance`), so it does not depend on who saw whom; that
+    of outliers is only drawn where there are any.
     """
-    n = seen.shape[1]
-    unit = rng.standard_normal((*seen.shape, 3))
     i, peer = seen.nonzero()
-    noise, is_outlier = unit[i, peer], np.zeros(len(i), dtype=bool)
+    noise, is_outlier = pair_normals(rng, seen.shape, i, peer, 3), np.zeros(len(i), dtype=bool)
     if cfg.outlier_share > 0.0:
-        is_outlier = (outlier_rng.random(seen.shape) < cfg.outlier_share)[i, peer]
-        size = outlier_rng.uniform(cfg.outlier_min_sigma, cfg.outlier_max_sigma, (*seen.shape, 3))
-        negative = outlier_rng.random((*seen.shape, 3)) < 0.5
-        noise = np.where(is_outlier[:, None], np.where(negative, -size, size)[i, peer], noise)
+        is_outlier = pair_uniforms(outlier_rng, seen.shape, i, peer, 1)[:, 0] < cfg.outlier_share
+        spread = cfg.outlier_max_sigma - cfg.outlier_min_sigma
+        size = cfg.outlier_min_sigma + spread * pair_uniforms(outlier_rng, seen.shape, i, peer, 3)
+        negative = pair_uniforms(outlier_rng, seen.shape, i, peer, 3) < 0.5
+        noise = np.where(is_outlier[:, None], np.where(negative, -size, size), noise)
     if not len(i):
         return _NOTHING
+    n = seen.shape[1]
     j, n_worlds = i - i % n + peer, len(seen) // n
     z = noisy(se2.between(poses[i], poses[j]), cfg.sigmas(n, n_worlds)[i], noise)
     return RelativePoses(indices(i, t), indices(j, t), z, cfg.stated_sigmas(n, n_worlds)[i], is_outlier)
