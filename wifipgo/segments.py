@@ -73,8 +73,11 @@ def distance_to_segments(
     p_m: Float[np.ndarray, "points 2"], walls_m: Float[np.ndarray, "*own walls 2 2"]
 ) -> Float[np.ndarray, "points walls"]:
     """Distance from every point to every segment, the same for all or each point's own, m."""
-    base, direction = walls_m[..., 0, :], walls_m[..., 1, :] - walls_m[..., 0, :]
-    gap = p_m[:, None] - base
-    square_m2 = np.maximum((direction**2).sum(-1), _TINY_M2)  # a segment without length is a point
-    along = np.clip((gap * direction).sum(-1) / square_m2, 0.0, 1.0)
-    return np.linalg.norm(gap - along[..., None] * direction, axis=-1)
+    base_m, direction = walls_m[..., 0, :], walls_m[..., 1, :] - walls_m[..., 0, :]
+    dx_m, dy_m = direction[..., 0], direction[..., 1]
+    x_m, y_m = p_m[:, None, 0] - base_m[..., 0], p_m[:, None, 1] - base_m[..., 1]
+    square_m2 = np.maximum(dx_m * dx_m + dy_m * dy_m, _TINY_M2)  # a segment without length is a point
+    along = np.minimum(np.maximum((x_m * dx_m + y_m * dy_m) / square_m2, 0.0), 1.0)
+    off_x_m, off_y_m = x_m - along * dx_m, y_m - along * dy_m
+    away_m: np.ndarray = np.sqrt(off_x_m * off_x_m + off_y_m * off_y_m)
+    return away_m

@@ -41,13 +41,18 @@ class CellMap(NamedTuple):
     @property
     def n_free(self) -> Int[np.ndarray, " worlds"]:
         """Free cells."""
-        return np.count_nonzero(self.free, axis=(1, 2))
+        return counted(self.free)
 
     @property
     def share(self) -> Float[np.ndarray, " worlds"]:
         """Share of the free cells that were seen, in [0, 1]."""
-        seen: np.ndarray = np.count_nonzero(self.free & self.seen, axis=(1, 2)) / self.n_free
-        return seen
+        return counted(self.free & self.seen) / self.n_free
+
+
+def counted(which: Bool[np.ndarray, "worlds ..."]) -> Int[np.ndarray, " worlds"]:
+    """How many of each world, several times faster than `np.count_nonzero` along axes."""
+    n: np.ndarray = which.reshape(len(which), -1).sum(axis=1)
+    return n
 
 
 @functools.lru_cache(maxsize=8)

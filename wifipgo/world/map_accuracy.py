@@ -20,7 +20,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo import se2
-from wifipgo.world.coverage import TOLERANCE_M, CellMap, Sightings, middles
+from wifipgo.world.coverage import TOLERANCE_M, CellMap, Sightings, counted, middles
 
 Poses = Float[np.ndarray, "rows times 3"]
 
@@ -136,6 +136,6 @@ def _shared(
     off_m: Float[np.ndarray, "worlds squares 2"], count: Int[np.ndarray, "worlds squares"], cells: CellMap
 ) -> MapAccuracy:
     """The map with the share of the free cells that are mapped."""
-    close = off_m[..., 0] ** 2 + off_m[..., 1] ** 2 <= (TOLERANCE_M * count) ** 2
-    share = np.count_nonzero(close & (count > 0), axis=1) / cells.n_free
-    return MapAccuracy(off_m, count, share)
+    x_m, y_m, most_m = off_m[..., 0], off_m[..., 1], TOLERANCE_M * count
+    close = x_m * x_m + y_m * y_m <= most_m * most_m
+    return MapAccuracy(off_m, count, counted(close & (count > 0)) / cells.n_free)
