@@ -111,7 +111,7 @@ def test_residuals_and_slopes_are_those_of_gtsam(turn_rad: float) -> None:
     """Half the chi-square, its slope and the information; gtsam's are in the axes of each pose."""
     problem, edges = off_by(turn_rad)
     graph, values = build(problem, edges, huber=False), as_values(problem.start)
-    sq, start = squares(problem, edges)
+    sq, start = squares(problem.chains, edges)
     at = banded.linearised(sq, start)
     slope = banded.slopes(sq, at)
     order = gtsam.Ordering()
@@ -131,7 +131,8 @@ def test_residuals_and_slopes_are_those_of_gtsam(turn_rad: float) -> None:
 @pytest.mark.parametrize("turn_rad", [0.0, 1e-9, 3e-5, 0.99e-4, 1.01e-4, 1e-3, 0.3, -3.0])
 def test_slopes_are_those_of_finite_differences(turn_rad: float) -> None:
     """Of the residuals, over sigma, by x, y and yaw of both poses: at any turn."""
-    sq, start = squares(*off_by(turn_rad))
+    problem, edges = off_by(turn_rad)
+    sq, start = squares(problem.chains, edges)
 
     def residuals(move: np.ndarray) -> np.ndarray:
         """Over sigma, both poses moved."""

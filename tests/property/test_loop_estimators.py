@@ -9,7 +9,7 @@ from wifipgo.errors import UnknownNameError
 from wifipgo.graph import ate_trans, residual_error, solve
 from wifipgo.graph.config import GraphConfig
 from wifipgo.graph.distributed.simulated_team import solve_by_robots
-from wifipgo.graph.solvers import IncrementalSmoothers
+from wifipgo.graph.smoother_updates import CAREFUL
 from wifipgo.loop import advance, start
 from wifipgo.loop.exchange import BYTES_PER_PING
 from wifipgo.rendezvous import RendezvousConfig
@@ -161,16 +161,9 @@ def test_what_does_not_go_together_is_refused(wrong: dict[str, Any], says: str) 
 
 def test_headings_that_are_hardly_known_are_solved_with_more_digits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Positions to a millimetre and headings to a radian: Cholesky's factors lose all their digits."""
-    use_qr = []
-
-    def noted(n_robots: int, **options: bool) -> IncrementalSmoothers:
-        use_qr.append(options.get("use_qr", False))
-        return IncrementalSmoothers(n_robots, **options)
-
-    monkeypatch.setattr("wifipgo.graph.per_robot_smoothing.IncrementalSmoothers", noted)
     monkeypatch.setitem(SMALL, "size_m", 20.0)
     belief = episode(n_steps=25, n_robots=3, estimator="every_step", sigma_t_m=0.0, sigma_r_rad=1.2).belief
-    assert use_qr[-1]
-    assert not use_qr[0]
+    assert belief.paths.smoothing is not None
+    assert belief.paths.smoothing.way.max() == CAREFUL
     assert np.isfinite(belief.paths.estimate).all()
     assert np.isfinite(belief.paths.covariance).all()

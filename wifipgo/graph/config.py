@@ -30,7 +30,7 @@ class PoseEstimator(NamedTuple):
 ESTIMATORS: Mapping[str, PoseEstimator] = MappingProxyType(
     {
         "at_rendezvous": PoseEstimator(False, "poses are optimised only when robots meet (paper mode)"),
-        "every_step": PoseEstimator(True, "each robot optimises what it knows at every iteration (iSAM2)"),
+        "every_step": PoseEstimator(True, "each robot optimises what it knows at every iteration"),
     }
 )
 

@@ -28,7 +28,9 @@ def in_world_axes(
     own_axes: Float[np.ndarray, "poses 3 3"], yaw_rad: Float[np.ndarray, " poses"]
 ) -> Float[np.ndarray, "poses 3 3"]:
     """Covariances of poses that were given in the axes of each pose, as gtsam has them."""
-    turn = adjoint(np.stack([np.zeros_like(yaw_rad), np.zeros_like(yaw_rad), yaw_rad], axis=-1))
+    poses = np.zeros((len(yaw_rad), 3))
+    poses[:, 2] = yaw_rad
+    turn = adjoint(poses)
     return turn @ own_axes @ turn.transpose(0, 2, 1)
 
 

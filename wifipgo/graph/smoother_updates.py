@@ -1,213 +1,158 @@
-"""What each robot's smoother has still to learn: a value that the tick keeps, and what follows from it."""
+"""What each robot has still to learn: a value that the tick keeps, and what follows from it."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.graph.anchor_bearings import Pings, select_pings
+from wifipgo.graph.anchor_bearings import Pings
 from wifipgo.graph.bearings import Bearings
-from wifipgo.graph.edges import Edges, select
-from wifipgo.graph.solvers import NOTHING, REPORTED_SIGMA, odometry
+from wifipgo.graph.edges import Edges
+from wifipgo.graph.held_copies import Copies, no_copies
+from wifipgo.graph.solvers import REPORTED_SIGMA
 from wifipgo.graph.solvers.incremental import Lesson, SmootherResult, SmootherUpdate
 from wifipgo.se2 import wrap_angle
 
 # A told pose that changed by less, in standard deviations of told poses, is not worth solving again for.
 _SAME_REPORT = 0.5
+# How a robot solves: all that it knows at once, in a band, beside everybody else who does; by iSAM2; and by
+# iSAM2 with QR, where digits are short.
+BANDED, INCREMENTAL, CAREFUL = range(3)
 
 
-class _Told(NamedTuple):
-    """What the graphs rest on that others told: whose graph, which edge, the pose, its number there."""
+class Told(NamedTuple):
+    """What graphs rest on that others told: whose graph, which edge, the pose, its number in iSAM2."""
 
     robot: Int[np.ndarray, " told"]
     row: Int[np.ndarray, " told"]
     pose: Float[np.ndarray, "told 3"]
     number: Int[np.ndarray, " told"]
 
-    def without(self, rows: Bool[np.ndarray, " told"]) -> "_Told":
+    def without(self, rows: Bool[np.ndarray, " told"]) -> "Told":
         """Those that are left."""
-        robot, row, pose, number = (column[~rows] for column in self)
-        return _Told(robot, row, pose, number)
+        return Told(*(column[~rows] for column in self))
 
-    def extended(self, news: list[SmootherUpdate], learned: list[SmootherResult], edges: Edges) -> "_Told":
-        """Those and more."""
-        robot = np.repeat(_numbers(new.robot for new in news), _numbers(len(new.told) for new in news))
-        row = np.concatenate([_NONE, *(new.told for new in news)])
-        number = _numbers(number for one in learned for number in one.numbers)
+    def extended(
+        self,
+        robot: Int[np.ndarray, " more"],
+        row: Int[np.ndarray, " more"],
+        number: Int[np.ndarray, " more"],
+        edges: Edges,
+    ) -> "Told":
+        """Those and more, as they were told now."""
         both = zip(self, (robot, row, edges.reported_pose[row], number), strict=True)
-        return _Told(*(np.concatenate(pair) for pair in both))
-
-
-def _numbers(each: Iterable[int]) -> Int[np.ndarray, " each"]:
-    return np.array(list(each), dtype=np.int64)
+        return Told(*(np.concatenate(pair) for pair in both))
 
 
 _NONE = np.zeros(0, dtype=np.int64)
-_NOTHING_TOLD = _Told(_NONE, _NONE, np.zeros((0, 3)), _NONE)
+_NOTHING_TOLD = Told(_NONE, _NONE, np.zeros((0, 3)), _NONE)
 
 
 class Smoothing(NamedTuple):
-    """What the robots' solvers know, as a value: the solvers themselves are made of it.
+    """What the robots' solvers know, as a value: solvers that are kept warm are made of it.
 
     Attributes:
         n_times: Poses of each robot when they last solved; -1 if they have to begin anew.
         n_edges, n_pings: Measurements and pings there were then.
         told: What the graphs rest on that others told.
-        sent: How many poses of robot j robot i had been sent.
-        since: Measurements there were when each robot last solved.
-        held: Poses of each robot that are part of each robot's graph.
-        use_qr: Whether they eliminate by QR.
-        journal: What they learned, iteration by iteration.
+        sent: How many poses of each peer each robot had been sent.
+        way: How each robot solves: `BANDED`, `INCREMENTAL` or `CAREFUL`. None goes back.
+        copies: What robots that solve in a band make of others' poses.
+        since: Measurements there were when each robot with an incremental solver last solved.
+        held: Poses of each peer that are part of each incremental solver.
+        journal: What the incremental solvers learned, iteration by iteration.
     """
 
     n_times: int
     n_edges: int
     n_pings: int
-    told: _Told
-    sent: Int[np.ndarray, "robots robots"]
-    since: Int[np.ndarray, " robots"]
-    held: Int[np.ndarray, "robots robots"]
-    use_qr: bool
+    told: Told
+    sent: Int[np.ndarray, "rows peers"]
+    way: Int[np.ndarray, " rows"]
+    copies: Copies
+    since: Int[np.ndarray, " rows"]
+    held: Int[np.ndarray, "rows peers"]
     journal: tuple[Lesson, ...]
 
+    def restarted(self, robots: Sequence[int] | Int[np.ndarray, " some"], way: int) -> "Smoothing":
+        """What is known once some robots begin anew, each in another way."""
+        ways, since, held = self.way.copy(), self.since.copy(), self.held.copy()
+        ways[robots], since[robots], held[robots] = way, 0, 0
+        told = self.told.without(np.isin(self.told.robot, robots))
+        return self._replace(told=told, way=ways, since=since, held=held)
 
-def no_smoothing(n_robots: int, *, use_qr: bool = False) -> Smoothing:
-    """Nothing is known yet."""
-    none = np.zeros((n_robots, n_robots), dtype=np.int64)
-    return Smoothing(-1, 0, 0, _NOTHING_TOLD, none, none[0], none, use_qr, ())
+
+def no_smoothing(n_rows: int, n_peers: int | None = None) -> Smoothing:
+    """Nothing is known yet; one world has as many peers as rows."""
+    shape = (n_rows, n_peers or n_rows)
+    none, nobody = np.zeros(shape, dtype=np.int32), np.zeros(n_rows, dtype=np.int64)
+    way = np.full(n_rows, BANDED, dtype=np.int8)
+    return Smoothing(-1, 0, 0, _NOTHING_TOLD, none, way, no_copies(*shape), nobody, none, ())
 
 
 class Known(NamedTuple):
     """What the robots believe and measured when they solve."""
 
-    estimate: Float[np.ndarray, "robots times 3"]
-    covariance: Float[np.ndarray, "robots 3 3"]
+    estimate: Float[np.ndarray, "rows times 3"]
+    covariance: Float[np.ndarray, "rows 3 3"]
     edges: Edges
     bearings: Bearings
     pings: Pings
-    sent: Int[np.ndarray, "robots robots"]
+    sent: Int[np.ndarray, "rows peers"]
+
+    def held(self, robots: Int[np.ndarray, " some"]) -> Int[np.ndarray, "some peers"]:
+        """Poses of each peer that robots have: their own all, of others what they were sent."""
+        held = self.sent[robots].astype(np.int64)
+        held[np.arange(len(robots)), robots % held.shape[1]] = self.estimate.shape[1]
+        return held
+
+    def n_others(self) -> Int[np.ndarray, "rows peers"]:
+        """Poses of each other peer that each robot was sent."""
+        n_rows, n_peers = self.sent.shape
+        others = self.sent.copy()
+        others[np.arange(n_rows), np.arange(n_rows) % n_peers] = 0
+        return others
 
 
-def after(
-    before: Smoothing, known: Known, news: list[SmootherUpdate], results: list[SmootherResult]
-) -> Smoothing:
-    """What the solvers know after they learned; the journal is that of before."""
-    since, held = before.since.copy(), before.held.copy()
-    for new in news:
-        since[new.robot], held[new.robot] = len(known.edges), new.held
-    stale = _stale(before.told, known)
-    return before._replace(
-        n_times=known.estimate.shape[1],
-        n_edges=len(known.edges),
-        n_pings=len(known.pings.observer),
-        told=before.told.without(stale).extended(news, results, known.edges),
-        sent=known.sent,
-        since=since,
-        held=held,
-    )
+def learners(before: Smoothing, known: Known) -> Int[np.ndarray, " learners"]:
+    """Robots to whom something is new but their own motion."""
+    tail, head = known.edges.tail[before.n_edges :], known.edges.head[before.n_edges :]
+    dirty = np.zeros(len(known.sent), dtype=bool)
+    if known.sent is not before.sent:
+        dirty = (known.sent != before.sent).any(axis=1)
+    dirty[tail[(tail[:, 0] != head[:, 0]) | (head[:, 1] != tail[:, 1] + 1), 0]] = True
+    dirty[before.told.robot[stale_told(before.told, known)]] = True
+    dirty[known.pings.observer[before.n_pings :, 0]] = True
+    return np.flatnonzero(dirty)
 
 
-def _held(known: Known) -> Int[np.ndarray, "robots robots"]:
-    """Poses of robot j that robot i has: its own all, of others what it was sent."""
-    held = known.sent.copy()
-    np.fill_diagonal(held, known.estimate.shape[1])
-    return held
-
-
-def updates_of(before: Smoothing, known: Known, *, uses_told: bool) -> list[SmootherUpdate]:
-    """What each robot learned since it last solved; nothing of one that only moved."""
-    stale = _stale(before.told, known)
-    recent = select(known.edges, np.arange(before.n_edges, len(known.edges)))
-    pings = select_pings(known.pings, np.arange(before.n_pings, len(known.pings.observer)))
-    dirty = (known.sent != before.sent).any(axis=1)
-    dirty[recent.tail[~odometry(recent), 0]] = True
-    dirty[before.told.robot[stale]] = True
-    dirty[pings.observer[:, 0]] = True
-    held = _held(known)
-    return [
-        _news_of(
-            robot, before, known._replace(pings=pings), held=held[robot], stale=stale, uses_told=uses_told
-        )
-        for robot in np.flatnonzero(dirty).tolist()
-    ]
-
-
-def _stale(told: _Told, known: Known) -> Bool[np.ndarray, " told"]:
+def stale_told(told: Told, known: Known) -> Bool[np.ndarray, " told"]:
     """What was told otherwise since, or is part of the graph by now."""
     apart = known.edges.reported_pose[told.row] - told.pose
     apart[:, 2] = wrap_angle(apart[:, 2])
     changed = (np.abs(apart) > _SAME_REPORT * np.array([REPORTED_SIGMA[0], *REPORTED_SIGMA])).any(axis=1)
     head = known.edges.head[told.row]
-    inside: np.ndarray = head[:, 1] < _held(known)[told.robot, head[:, 0]]
+    inside: np.ndarray = head[:, 1] < known.sent[told.robot, head[:, 0] % known.sent.shape[1]]
     return changed | inside
 
 
-def _news_of(
-    robot: int,
+def after(
     before: Smoothing,
     known: Known,
-    *,
-    held: Int[np.ndarray, " robots"],
+    learned: Sequence[tuple[SmootherUpdate, SmootherResult | None]],
     stale: Bool[np.ndarray, " told"],
-    uses_told: bool,
-) -> SmootherUpdate:
-    """What one robot learned since it last solved."""
-    edges, pings, had = known.edges, known.pings, before.held[robot]
-    inner, outer = _new_rows(edges, had, held, own=robot, since=int(before.since[robot]))
-    gone = np.flatnonzero(stale & (before.told.robot == robot))
-    changed = before.told.row[gone]
-    outer = np.append(outer, changed[~_is_held(edges, changed, held)])[: None if uses_told else 0]
-    inner, outer = (rows[edges.weight[rows] > NOTHING] for rows in (inner, outer))
-    return SmootherUpdate(
-        robot=robot,
-        held=held,
-        between=inner,
-        told=outer,
-        removed=before.told.number[gone].tolist(),
-        heard=_new_bearings(known.bearings, had, held),
-        pings=select_pings(pings, pings.observer[:, 0] == robot) if len(pings.observer) else pings,
-    )
-
-
-def _is_held(
-    edges: Edges, rows: Int[np.ndarray, " rows"], held: Int[np.ndarray, " robots"]
-) -> Bool[np.ndarray, " rows"]:
-    """Whose heads are part of a robot's graph."""
-    head = edges.head[rows]
-    inside: np.ndarray = head[:, 1] < held[head[:, 0]]
-    return inside
-
-
-def _new_rows(
-    edges: Edges,
-    before: Int[np.ndarray, " robots"],
-    now: Int[np.ndarray, " robots"],
-    *,
-    own: int,
-    since: int,
-) -> tuple[Int[np.ndarray, " inner"], Int[np.ndarray, " outer"]]:
-    """Edges that are new to a robot's graph: between its poses, and from them to poses outside.
-
-    Its own came after the ``since`` edges of last time; if it was sent others', all are looked at.
-    """
-    if np.count_nonzero(now > before) <= 1:
-        rows = since + np.flatnonzero(edges.tail[since:, 0] == own)
-        inside = _is_held(edges, rows, now)
-        return rows[inside], rows[~inside]
-    rows, of, at = np.arange(len(edges)), edges.tail[:, 0], edges.measured_at
-    known, knew = at < now[of], at < before[of]
-    inside = _is_held(edges, rows, now)
-    was_inside = knew & _is_held(edges, rows, before)
-    return rows[known & inside & ~was_inside], rows[known & ~inside & ~knew]
-
-
-def _new_bearings(
-    bearings: Bearings, before: Int[np.ndarray, " robots"], now: Int[np.ndarray, " robots"]
-) -> Int[np.ndarray, " heard"]:
-    """Bearings between poses that are part of a robot's graph by now, and were not before."""
-    if not len(bearings):
-        return np.zeros(0, dtype=np.int64)
-    ends = (bearings.observer, bearings.target)
-    known, knew = (np.logical_and(*(end[:, 1] < held[end[:, 0]] for end in ends)) for held in (now, before))
-    return np.flatnonzero(known & ~knew)
+) -> Smoothing:
+    """What incremental solvers know after they learned; the journal is that of before."""
+    since, held = before.since.copy(), before.held.copy()
+    robots, rows, numbers = [_NONE], [_NONE], [_NONE]
+    for new, one in learned:
+        if one is not None:
+            since[new.robot], held[new.robot] = len(known.edges), new.held
+            robots.append(np.full(len(new.told), new.robot))
+            rows.append(new.told)
+            numbers.append(np.array(one.numbers, dtype=np.int64))
+    gone = stale & np.isin(before.told.robot, [new.robot for new, _ in learned])
+    robot, row, number = (np.concatenate(each) for each in (robots, rows, numbers))
+    told = before.told.without(gone).extended(robot, row, number, known.edges)
+    return before._replace(told=told, since=since, held=held)

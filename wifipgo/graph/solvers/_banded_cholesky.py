@@ -168,5 +168,6 @@ def rows_of(sq: Squares, poses: Poses) -> Float[np.ndarray, "poses 3"]:
     n = len(sq.order)
     out = np.empty((n, 3))
     p_m, yaw_rad = poses.p_m[:n], poses.yaw_rad[:n]
-    out[sq.order] = np.stack([p_m.real, p_m.imag, np.arctan2(np.sin(yaw_rad), np.cos(yaw_rad))], axis=1)
+    out[sq.order, 0], out[sq.order, 1] = p_m.real, p_m.imag
+    out[sq.order, 2] = np.arctan2(np.sin(yaw_rad), np.cos(yaw_rad))
     return out

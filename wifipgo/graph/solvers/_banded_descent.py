@@ -1,6 +1,7 @@
 """Gauss-Newton on groups whose normal equations are narrow bands, side by side."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ from wifipgo.se2 import left_jacobian_times
 
 WIDEST = 4e7  # unknowns times squared width: beyond, gtsam's order of elimination is faster
 MOST_POSES = 1000  # more are never narrow enough
+NEW = Descent()
 
 
 class Factors(NamedTuple):
@@ -36,10 +38,11 @@ class Factors(NamedTuple):
 
 
 class BandedOptimum(NamedTuple):
-    """Where searches ended, how each did, and half the chi-squares before: one a group."""
+    """Where searches ended, by which factors, how each did, and half the chi-squares before: one a group."""
 
     squares: Squares
     at: Linearisation
+    factors: Factors
     searches: tuple[Descent, ...]
     errors_before: Float[np.ndarray, " groups"]
 
@@ -84,7 +87,7 @@ def start_of(problem: Problem, edges: Edges) -> tuple[Squares, Linearisation] | 
     """A problem where its search starts; nothing where a band is too wide to be fast."""
     if len(problem.start) > MOST_POSES:
         return None
-    sq, poses = squares(problem, edges)
+    sq, poses = squares(problem.chains, edges)
     return (sq, linearised(sq, poses)) if fast(sq).all() else None
 
 
@@ -101,16 +104,16 @@ def banded_optimum(problem: Problem, edges: Edges) -> BandedOptimum | None:
     return found if found and found.settled else None
 
 
-def descended(sq: Squares, start: Linearisation) -> BandedOptimum:
-    """Go down in all groups at once, in each until its own search ends."""
-    searches = tuple(Descent() for _ in range(len(sq.blocks)))
+def descended(sq: Squares, start: Linearisation, rule: Descent = NEW) -> BandedOptimum:
+    """Go down in all groups at once, in each until its own search ends; all begin with the same rule."""
+    searches = tuple(rule.again() for _ in sq.blocks.below)
     factors, at = Factors([None] * len(searches), start.poses.yaw_rad[: len(sq.order)].copy()), start
     while moving := [g for g, search in enumerate(searches) if not search.ended]:
-        stepped = _stepped(sq, at, factors, searches)
-        errors = np.stack([at.error, stepped.error], axis=1).tolist()
-        stay = [g for g in moving if searches[g].ended or not searches[g].judge(*errors[g])]
+        stepped, foreseen = _stepped(sq, at, factors, searches)
+        falls = list(zip(at.error.tolist(), stepped.error.tolist(), foreseen.tolist(), strict=True))
+        stay = [g for g in moving if searches[g].ended or not searches[g].judge(*falls[g])]
         at = _kept(sq, at, stepped, stay) if stay else stepped
-    return BandedOptimum(sq, at, searches, start.error)
+    return BandedOptimum(sq, at, factors, searches, start.error)
 
 
 def _kept(sq: Squares, at: Linearisation, stepped: Linearisation, stay: list[int]) -> Linearisation:
@@ -124,11 +127,16 @@ def _kept(sq: Squares, at: Linearisation, stepped: Linearisation, stay: list[int
     return linearised(sq, Poses(p_m, yaw_rad))
 
 
-def _stepped(sq: Squares, at: Linearisation, factors: Factors, searches: Sequence[Descent]) -> Linearisation:
+def _stepped(
+    sq: Squares, at: Linearisation, factors: Factors, searches: Sequence[Descent]
+) -> tuple[Linearisation, Float[np.ndarray, " groups"]]:
     """A step of each group that has not ended, by factors that serve again or by new ones.
 
     Each pose goes along an arc. Factors of a system nearby are taken along with the poses: they hold in
     the axes of each.
+
+    Returns:
+        Where it leads, and the fall of each error that the linear model foresees.
     """
     slope, n = slopes(sq, at), len(sq.order)
     pull = gradient(sq, at, slope).reshape(-1, 3)
@@ -138,12 +146,13 @@ def _stepped(sq: Squares, at: Linearisation, factors: Factors, searches: Sequenc
     if turned is not None:
         _rotate(pull, turned.conj())
     down = _solved(sq, factors, pull, searches)
+    foreseen = 0.5 * np.add.reduceat((pull * down).sum(axis=1), sq.blocks.begin[:-1])
     if turned is not None:
         _rotate(down, turned)
     p_m, yaw_rad = at.poses.p_m.copy(), at.poses.yaw_rad.copy()
     p_m[:n] -= left_jacobian_times(-down[:, 2], down[:, 0] + 1j * down[:, 1])
     yaw_rad[:n] -= down[:, 2]
-    return linearised(sq, Poses(p_m, yaw_rad))
+    return linearised(sq, Poses(p_m, yaw_rad)), foreseen
 
 
 def _factor_anew(
@@ -152,8 +161,9 @@ def _factor_anew(
     """Replace factors that do not serve again, in place; a search ends where there are none."""
     anew = [g for g, search in enumerate(searches) if not (search.ended or search.reuses)]
     bands = normal_equations(sq, at, slope) if anew else []
+    begin = sq.blocks.begin.tolist()
     for group in anew:
-        own = sq.blocks.poses(group)
+        own = slice(begin[group], begin[group + 1])
         factors.yaw_rad[own] = at.poses.yaw_rad[own]
         try:
             factors.bands[group] = cholesky(bands[group])
@@ -165,13 +175,11 @@ def _solved(
     sq: Squares, factors: Factors, pull: Float[np.ndarray, "poses 3"], searches: Sequence[Descent]
 ) -> Float[np.ndarray, "poses 3"]:
     """Steps of groups whose search goes on; others stand still."""
-    down, right = np.zeros_like(pull), pull.reshape(-1)
-    for group, (band, search) in enumerate(zip(factors.bands, searches, strict=True)):
+    down, right, ends = np.zeros(pull.size), pull.reshape(-1), (3 * sq.blocks.begin).tolist()
+    for band, search, (begin, end) in zip(factors.bands, searches, pairwise(ends), strict=True):
         if not search.ended:
-            poses = sq.blocks.poses(group)
-            own = right[3 * poses.start : 3 * poses.stop]
-            down[poses] = lapack.dpbtrs(band, own, lower=1, overwrite_b=1)[0].reshape(-1, 3)
-    return down
+            down[begin:end] = lapack.dpbtrs(band, right[begin:end], lower=1)[0]
+    return down.reshape(-1, 3)
 
 
 def _rotate(rows: Float[np.ndarray, "poses 3"], turn: Complex[np.ndarray, " poses"]) -> None:

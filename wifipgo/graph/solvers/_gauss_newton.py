@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 from typing import Protocol, TypeVar, runtime_checkable
 
 SLACK, ROUNDING = 1e-9, 1e-13  # of squares, absolute and relative: within 1e-4 sigmas, all poses together
@@ -42,6 +43,11 @@ class Descent:
         ended: Whether there is no next one.
         settled: Whether it ended at the bottom.
         last_fall: Of the error.
+        slack: Fall of the error that counts as none.
+        near: Fall of the error below which the factors may serve again.
+        most: Steps at most.
+        by_model: A fall that differs from what the linear model foresaw by no more ends the search too: what
+            is left to gain is a share of the difference.
     """
 
     steps: int = 0
@@ -49,20 +55,29 @@ class Descent:
     ended: bool = False
     settled: bool = False
     last_fall: float = 0.0
+    slack: float = SLACK
+    near: float = NEAR
+    most: int = MAX_STEPS
+    by_model: float = 0.0
 
-    def judge(self, before: float, after: float) -> bool:
+    def judge(self, before: float, after: float, foreseen: float = inf) -> bool:
         """Take note of a step from one error to another; whether to go there."""
         self.steps += 1
-        fall, slack = before - after, SLACK + ROUNDING * before
+        fall, slack = before - after, self.slack + ROUNDING * before
         if not self.reuses and not fall >= -slack:  # downhill, yet not down; or not a number
             self.ended = True
             return False
         shrinking = abs(fall) / self.last_fall if self.last_fall > 0.0 else 1.0
         self.settled = abs(fall) * min(1.0, shrinking) <= slack
-        self.ended = self.settled or self.steps == MAX_STEPS
-        self.reuses = 0.0 < fall < NEAR and (not self.reuses or shrinking < SHRINKING)
+        self.settled |= abs(fall - foreseen) < self.by_model
+        self.ended = self.settled or self.steps == self.most
+        self.reuses = 0.0 < fall < self.near and (not self.reuses or shrinking < SHRINKING)
         self.last_fall = fall
         return fall > 0.0
+
+    def again(self) -> "Descent":
+        """A new search by the same rules."""
+        return Descent(slack=self.slack, near=self.near, most=self.most, by_model=self.by_model)
 
     def give_up(self) -> None:
         """Take note of a step that could not be made: the system is singular to working precision."""

@@ -3,6 +3,7 @@
 The plane is that of complex numbers: positions are x + iy, rotations are unit numbers.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from jaxtyping import Complex, Float, Int
 
 from wifipgo.graph.edges import Edges, select
 from wifipgo.graph.solvers._factors import told_tails
-from wifipgo.graph.solvers._problem import Problem
+from wifipgo.graph.solvers._problem import Chains
 
 _N_DIRECTIONS = 8
 # Directions to order poses along: of those tried, the one counts along which measurements reach least far.
@@ -19,6 +20,12 @@ _DIRECTIONS = np.exp(1j * np.pi / _N_DIRECTIONS * np.arange(_N_DIRECTIONS))
 # head's in its rows and a tail's in its columns. The rest of both is zero.
 _OWN = np.array([[0, 1, 2, 2, 2], [0, 1, 0, 1, 2]])
 _CROSS = np.array([[0, 1, 0, 1, 2, 2, 2], [0, 1, 2, 2, 0, 1, 2]])
+
+
+# Bits of a pose's number and of its place in mm.
+_POSE_BITS, _PLACE_BITS = 21, 22
+_FARTHEST_MM = (1 << _PLACE_BITS - 1) - 1
+Sort = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 class Poses(NamedTuple):
@@ -63,7 +70,7 @@ class Squares(NamedTuple):
         z_rad: Its measured heading.
         shift_m: What comes off the position with an error of one rad of the heading.
         information: Of position, 1 / m^2, and heading, 1 / rad^2.
-        order: Rows of the problem's poses, in elimination order, group by group.
+        order: The poses, in elimination order, group by group.
         blocks: Bands of the groups.
         place: Of entries of the normal equations in these bands, column by column.
         slope_place: Of the entries of their right side.
@@ -82,18 +89,24 @@ class Squares(NamedTuple):
     slope_place: Int[np.ndarray, " slopes"]
 
 
-def squares(problem: Problem, edges: Edges) -> tuple[Squares, Poses]:
-    """What `wifipgo.graph.solvers._problem.build` makes factors of, and where a search starts."""
-    inner, outer = select(edges, problem.inner), select(edges, problem.outer)
-    T_world_tail, told_variance, shift_m = told_tails(outer, problem.told_sigma)
-    n, n_inner, first = len(problem.start), len(inner), problem.first_key[problem.team]
-    stay = np.concatenate([problem.start[first], T_world_tail])
-    tail = np.concatenate([problem.tail[:n_inner], first, problem.tail[n_inner:]])
-    group = problem.group.repeat(n // len(first))
-    order, places, below = _elimination_order(problem.start, group, tail[:n_inner], problem.head)
-    blocks = _blocks(group, below, of_row=group[tail])
-    tail, inner_head = places[tail], places[problem.head]
-    variance = [inner.sigma**2 / inner.weight[:, None], problem.start_sigma**2, told_variance]
+def squares(chains: Chains, edges: Edges, *, sort: Sort | None = None) -> tuple[Squares, Poses]:
+    """What `wifipgo.graph.solvers._problem.build` makes factors of, and where a search starts.
+
+    Args:
+        chains: Trajectories, and which measurements are among them.
+        edges: All measurements.
+        sort: How poses are ordered along a direction; `in_order` without.
+    """
+    inner, outer = select(edges, chains.inner), select(edges, chains.outer)
+    T_world_tail, told_variance, shift_m = told_tails(outer, chains.told_sigma)
+    n, n_inner, first = len(chains.start), len(inner), chains.first
+    stay = np.concatenate([chains.start[first], T_world_tail])
+    tail = np.concatenate([chains.tail[:n_inner], first, chains.tail[n_inner:]])
+    orders = (sort or in_order)(chains.start, chains.group)
+    order, places, below = _narrowest(orders, chains.group, tail[:n_inner], chains.head)
+    blocks = _blocks(chains.group, below, of_row=chains.group[tail])
+    tail, inner_head = places[tail], places[chains.head]
+    variance = [inner.sigma**2 / inner.weight[:, None], chains.first_sigma**2, told_variance]
     rest = np.zeros(len(stay))
     turn = np.exp(-1j * np.concatenate([inner.z[:, 2], rest]))
     head = np.concatenate([inner_head, np.arange(n, n + len(stay))])
@@ -112,7 +125,7 @@ def squares(problem: Problem, edges: Edges) -> tuple[Squares, Poses]:
             [3 * tail, 3 * tail + 1, 3 * tail + 2, 3 * head, 3 * head + 1, 3 * head + 2]
         ),
     )
-    ordered = np.concatenate([problem.start[order], stay])
+    ordered = np.concatenate([chains.start[order], stay])
     return sq, Poses(_complex(ordered), ordered[:, 2])
 
 
@@ -120,26 +133,49 @@ def _complex(xy: Float[np.ndarray, "rows _"]) -> Complex[np.ndarray, " rows"]:
     return xy[:, 0] + 1j * xy[:, 1]
 
 
-def _elimination_order(
-    start: Float[np.ndarray, "poses 3"],
+def in_order(
+    start: Float[np.ndarray, "poses 3"], group: Int[np.ndarray, " poses"]
+) -> Int[np.ndarray, "directions poses"]:
+    """Poses of each group in their order along each direction."""
+    along = (_complex(start) * _DIRECTIONS[:, None]).real
+    if not group[-1]:
+        return along.argsort(axis=1, kind="stable")
+    return np.lexsort((along, np.broadcast_to(group, along.shape)))
+
+
+def in_order_of_millimetres(
+    start: Float[np.ndarray, "poses 3"], group: Int[np.ndarray, " poses"]
+) -> Int[np.ndarray, "directions poses"]:
+    """The same to a millimetre, several times faster: group, place and pose are bits of one number.
+
+    Beyond 2 km from the origin order is lost, and bands are wide.
+    """
+    along = (_complex(1000.0 * start) * _DIRECTIONS[:, None]).real
+    place = np.clip(along, -_FARTHEST_MM, _FARTHEST_MM).astype(np.int64) + _FARTHEST_MM
+    keys = np.sort(
+        (group << _POSE_BITS + _PLACE_BITS) + (place << _POSE_BITS) + np.arange(len(group)), axis=1
+    )
+    return keys & ((1 << _POSE_BITS) - 1)
+
+
+def _narrowest(
+    orders: Int[np.ndarray, "directions poses"],
     group: Int[np.ndarray, " poses"],
     tail: Int[np.ndarray, " inner"],
     head: Int[np.ndarray, " inner"],
 ) -> tuple[Int[np.ndarray, " poses"], Int[np.ndarray, " poses"], Int[np.ndarray, " groups"]]:
-    """Order each group's poses along the direction in which its measurements reach least far.
+    """Order in which each group's measurements reach least far.
 
     Returns:
         Poses in order, the place of each pose, and the width of each group's band below its diagonal.
     """
-    along = (_complex(start) * _DIRECTIONS[:, None]).real
-    by_group = np.broadcast_to(group, along.shape)
-    orders = np.lexsort((along, by_group)) if group[-1] else along.argsort(axis=1, kind="stable")
-    places = orders.argsort(axis=1)
+    places = np.empty_like(orders)
+    np.put_along_axis(places, orders, np.arange(len(group))[None], axis=1)
     apart = np.abs(places.take(tail, axis=1) - places.take(head, axis=1))
     reach = _most(apart, group[tail], n_groups=int(group[-1]) + 1)
     best = reach.argmin(axis=0)
     place = places[best[group], np.arange(len(group))]
-    return place.argsort(), place, 3 * reach[best, np.arange(len(best))] + 2
+    return orders[best[group], np.arange(len(group))], place, 3 * reach[best, np.arange(len(best))] + 2
 
 
 def _most(
@@ -149,7 +185,7 @@ def _most(
     if n_groups == 1:
         return x.max(axis=1, initial=0, keepdims=True)
     begin = group.searchsorted(np.arange(n_groups))
-    padded = np.concatenate([x, np.zeros_like(x[:, :1])], axis=1)
+    padded = np.concatenate([x, np.zeros((len(x), 1), dtype=x.dtype)], axis=1)
     return np.where(np.bincount(group, minlength=n_groups), np.maximum.reduceat(padded, begin, axis=1), 0)
 
 

@@ -24,6 +24,32 @@ NOTHING = 1e-30  # weights up to here leave no information that rounding would n
 REPORTED_SIGMA = (0.6, 0.2)  # m, rad: least error over random walks of 4 and 10 robots, of 0.001 to 1.5 m
 
 
+class Chains(NamedTuple):
+    """Trajectories of groups that share nothing, and the measurements among them.
+
+    Attributes:
+        start: Poses where a search starts, group by group.
+        group: Number of the group of each.
+        first: First pose of each trajectory, which is known.
+        first_sigma: How well.
+        inner: Rows of edges between poses of one group.
+        outer: Rows of edges to poses outside, which tie their tails to what was told.
+        tail: Pose at the tail of each inner row, then of each outer one.
+        head: Pose at the head of each inner row.
+        told_sigma: Uncertainty of what was told.
+    """
+
+    start: Float[np.ndarray, "poses 3"]
+    group: Int[np.ndarray, " poses"]
+    first: Int[np.ndarray, " chains"]
+    first_sigma: Float[np.ndarray, "chains 2"]
+    inner: Int[np.ndarray, " inner"]
+    outer: Int[np.ndarray, " outer"]
+    tail: Int[np.ndarray, " rows"]
+    head: Int[np.ndarray, " inner"]
+    told_sigma: Float[np.ndarray, "outer 2"]
+
+
 class Problem(NamedTuple):
     """Who takes part, with which of the measurements: one group of robots, or several that share nothing.
 
@@ -54,6 +80,23 @@ class Problem(NamedTuple):
     head: Int[np.ndarray, " inner"]
     told_sigma: Float[np.ndarray, "outer 2"]
     doubted: Bool[np.ndarray, " rows"]
+
+    @property
+    def chains(self) -> Chains:
+        """What of it plain squares are made of."""
+        first = self.first_key[self.team]
+        group = self.group.repeat(len(self.start) // len(first))
+        return Chains(
+            self.start,
+            group,
+            first,
+            self.start_sigma,
+            self.inner,
+            self.outer,
+            self.tail,
+            self.head,
+            self.told_sigma,
+        )
 
 
 def posed(

@@ -79,7 +79,7 @@ def _solved(
         told_sigma=REPORTED_SIGMA,
         start_sigma=KNOWN_START,
     )
-    sq, start = squares(problem, edges)
+    sq, start = squares(problem.chains, edges)
     narrow = fast(sq).tolist()
     if not all(narrow):
         return _of_chosen(poses, edges, groups, third_party, narrow)

@@ -13,13 +13,12 @@ from jaxtyping import Float, Int
 
 from wifipgo.graph.anchor_bearings import NO_PINGS, Pings
 from wifipgo.graph.bearings import Bearings, select_bearings
-from wifipgo.graph.covariance import in_world_axes
 from wifipgo.graph.edges import Edges, select
 from wifipgo.graph.solvers._factors import Models, add, add_bearings, between_factors, keys, told_factors
 from wifipgo.graph.solvers._losses import geman_mcclure
 from wifipgo.graph.solvers._problem import ANCHOR_SIGMA, REPORTED_SIGMA, odometry
 
-# Variables of robot r start at r times this: an episode has fewer iterations.
+# Variables of a world's robot r start at r times this: an episode has fewer iterations.
 _KEYS_A_ROBOT = 1_000_000
 _FIRST_POINT = 1_000_000_000_000  # places that others told come after all poses
 _RELINEARISE = 0.05  # m, rad: a pose that moved further since is linearised anew
@@ -32,28 +31,40 @@ class SmootherUpdate(NamedTuple):
 
     Attributes:
         robot: Which.
-        held: Poses of each robot that are part of its graph from now on: the first so many.
+        held: Poses of each robot of its world that are part of its graph from now on: the first so many.
         between: Rows of the measurements between poses of the graph.
         told: Rows of those of poses outside it, which rest on what their robot told.
         removed: Numbers of measurements to drop, as returned before.
         heard: Rows of the directions of arrival between poses of the graph.
         pings: Bearings to places that others told.
+        begin: Whether a new solver begins, so that all of this is all that it knows.
+        use_qr: Whether that eliminates by QR, not by Cholesky's factors: half as fast, and twice the
+            digits; and bounds the slope of bearings between poses that nearly coincide.
     """
 
     robot: int
-    held: Int[np.ndarray, " robots"]
+    held: Int[np.ndarray, " peers"]
     between: Int[np.ndarray, " between"]
     told: Int[np.ndarray, " told"]
     removed: list[int]
     heard: Int[np.ndarray, " heard"]
     pings: Pings = NO_PINGS
+    begin: bool = False
+    use_qr: bool = False
 
 
 class SmootherResult(NamedTuple):
-    """What came of it: numbers of the measurements that rest on what was told, and the robot's own poses."""
+    """What came of it.
+
+    Attributes:
+        numbers: Of the measurements that rest on what was told.
+        poses: The robot's own.
+        covariance: Of its last pose, in its own axes.
+    """
 
     numbers: list[int]
     poses: Float[np.ndarray, "times 3"]
+    covariance: Float[np.ndarray, "3 3"]
 
 
 class Lesson(NamedTuple):
@@ -80,7 +91,7 @@ def lesson_of(
     poses: Float[np.ndarray, "robots times 3"],
     edges: Edges,
     bearings: Bearings,
-    held: Int[np.ndarray, "robots robots"],
+    held: Int[np.ndarray, "robots peers"],
 ) -> Lesson:
     """Take out of what is known what some updates name.
 
@@ -89,11 +100,11 @@ def lesson_of(
         poses: Current estimates.
         edges: Measurements; no weight of those that are named is zero.
         bearings: Directions of arrival.
-        held: Poses of each robot that are part of each robot's graph so far.
+        held: Poses of each robot of its world that are part of each robot's graph so far.
     """
     return Lesson(
         updates=tuple(updates),
-        starts=tuple(_starts(poses, held[new.robot], new.held) for new in updates),
+        starts=tuple(_starts(poses, new.robot, held[new.robot], new.held) for new in updates),
         between=select(edges, _joined([new.between for new in updates])),
         told=select(edges, _joined([new.told for new in updates])),
         heard=select_bearings(bearings, _joined([new.heard for new in updates])),
@@ -102,64 +113,65 @@ def lesson_of(
 
 def _starts(
     poses: Float[np.ndarray, "robots times 3"],
-    before: Int[np.ndarray, " robots"],
-    now: Int[np.ndarray, " robots"],
+    own: int,
+    before: Int[np.ndarray, " peers"],
+    now: Int[np.ndarray, " peers"],
 ) -> tuple[tuple[int, int, Float[np.ndarray, "_ 3"]], ...]:
-    """Poses that join a graph."""
-    grown = np.flatnonzero(now > before).tolist()
+    """Poses that join a graph, of each peer."""
+    base = own - own % len(now)
     return tuple(
-        (robot, int(before[robot]), poses[robot, before[robot] : now[robot]].copy()) for robot in grown
+        (peer, int(before[peer]), poses[base + peer, before[peer] : now[peer]].copy())
+        for peer in np.flatnonzero(now > before).tolist()
     )
 
 
 class IncrementalSmoothers:
     """One graph a robot, kept solved: its own measurements, and those that others sent."""
 
-    def __init__(self, n_robots: int, *, robust: bool, use_qr: bool = False) -> None:
+    def __init__(self, *, robust: bool) -> None:
         """Know nothing yet.
 
         Args:
-            n_robots: How many there are.
             robust: Whether Huber's loss is on all measurements but odometry.
-            use_qr: Eliminate by QR, not by Cholesky's factors: half as fast, and twice the digits; and
-                bound the slope of bearings between poses that nearly coincide.
         """
         self._robust = robust
         self._models: Models = {}
-        self._first_key = _KEYS_A_ROBOT * np.arange(n_robots)
-        self._smoothers = [
-            _IncrementalSmoother(robot, self._first_key, use_qr=use_qr) for robot in range(n_robots)
-        ]
+        self._smoothers: dict[int, _IncrementalSmoother] = {}
 
-    def learn(self, lesson: Lesson) -> tuple[list[SmootherResult], Float[np.ndarray, "updates 3 3"]]:
+    def learn(self, lesson: Lesson) -> list[SmootherResult | None]:
         """Let robots take in what is new to each, and solve.
 
-        Solvers that learned the same lessons in the same order are the same, to the bit.
+        Solvers that learned the same lessons in the same order are the same, to the bit, whoever else
+        learns beside them.
 
         Returns:
-            What came of each update, and the covariances of the last poses, in world axes.
-
-        Raises:
-            RuntimeError: Singular to working precision; nothing can be learned any more.
+            What came of each update; nothing where it is singular to working precision. That robot's solver
+            can learn nothing any more, and has to begin anew.
         """
-        updates, told = lesson.updates, lesson.told
+        updates, n_peers = lesson.updates, len(lesson.updates[0].held)
+        n_rows = max(new.robot for new in updates) + n_peers
+        first_key = _KEYS_A_ROBOT * (np.arange(n_rows) % n_peers)
         doubted = ~odometry(lesson.between) & self._robust
-        between_all = between_factors(lesson.between, self._first_key, doubted, self._models)
-        sigma = np.broadcast_to(np.array(REPORTED_SIGMA), (len(told), 2))
-        told_all = told_factors(told, sigma, self._first_key, doubted=self._robust)
+        between_all = between_factors(lesson.between, first_key, doubted, self._models)
+        sigma = np.broadcast_to(np.array(REPORTED_SIGMA), (len(lesson.told), 2))
+        told_all = told_factors(lesson.told, sigma, first_key, doubted=self._robust)
         cuts = (_cuts([getattr(new, rows) for new in updates]) for rows in ("between", "told", "heard"))
-        results, own_axes = [], np.zeros((len(updates), 3, 3))
-        for k, (new, starts, inner, outer, heard) in enumerate(
-            zip(updates, lesson.starts, *cuts, strict=True)
-        ):
+        results: list[SmootherResult | None] = []
+        for new, starts, inner, outer, heard in zip(updates, lesson.starts, *cuts, strict=True):
+            if new.begin:
+                self._smoothers[new.robot] = _IncrementalSmoother(
+                    new.robot % n_peers, n_peers, use_qr=new.use_qr
+                )
             smoother = self._smoothers[new.robot]
-            numbers = smoother.learn(starts, new, between_all[inner], told_all[outer])
-            if len(new.heard):
-                smoother.hear(select_bearings(lesson.heard, np.arange(heard.start, heard.stop)))
-            results.append(SmootherResult(numbers, smoother.own()))
-            own_axes[k] = smoother.covariance()
-        yaw_rad = np.array([one.poses[-1, 2] for one in results])
-        return results, in_world_axes(own_axes, yaw_rad)
+            try:
+                numbers = smoother.learn(starts, new, between_all[inner], told_all[outer], first_key)
+                if len(new.heard):
+                    rows = np.arange(heard.start, heard.stop)
+                    smoother.hear(select_bearings(lesson.heard, rows), first_key)
+                results.append(SmootherResult(numbers, smoother.own(), smoother.covariance()))
+            except RuntimeError:
+                results.append(None)
+        return results
 
 
 def _cuts(rows: list[Int[np.ndarray, " _"]]) -> list[slice]:
@@ -174,22 +186,22 @@ def _joined(rows: list[Int[np.ndarray, " _"]]) -> Int[np.ndarray, " all"]:
 class _IncrementalSmoother:
     """The graph of one robot."""
 
-    def __init__(self, robot: int, first_key: Int[np.ndarray, " robots"], *, use_qr: bool) -> None:
+    def __init__(self, robot: int, n_peers: int, *, use_qr: bool) -> None:
         """Know nothing yet.
 
         Args:
-            robot: Whose graph it is.
-            first_key: Variables of the robots' first poses.
+            robot: Whose graph it is: its number in its own world.
+            n_peers: Robots of a world.
             use_qr: Eliminate by QR.
         """
-        self._robot, self._first_key, self._use_qr = robot, first_key, use_qr
+        self._robot, self._use_qr = robot, use_qr
         params = gtsam.ISAM2Params()
         params.setRelinearizeThreshold(_RELINEARISE)
         params.relinearizeSkip = 1
         params.setFactorization("QR" if use_qr else "CHOLESKY")
         self._isam = gtsam.ISAM2(params)
         self._n_points = 0
-        self.held = np.zeros(len(first_key), dtype=np.int64)
+        self.held = np.zeros(n_peers, dtype=np.int64)
 
     def learn(
         self,
@@ -197,12 +209,13 @@ class _IncrementalSmoother:
         news: SmootherUpdate,
         between: list[gtsam.NonlinearFactor],
         told: list[gtsam.NonlinearFactor],
+        first_key: Int[np.ndarray, " rows"],
     ) -> list[int]:
         """Take in what is new, with its factors, and solve; numbers of the measurements in ``told``."""
         came = news.held > self.held
         others_came = int(np.count_nonzero(came)) > int(came[self._robot])
         graph, values = self._new_poses(starts)
-        self._add_pings(graph, values, news.pings)
+        self._add_pings(graph, values, news.pings, first_key)
         add(graph, [*between, *told])
         result = self._isam.update(graph, values, news.removed)
         self.held = news.held
@@ -210,13 +223,13 @@ class _IncrementalSmoother:
         numbers: list[int] = result.getNewFactorsIndices()
         return numbers[len(numbers) - len(told) :]
 
-    def hear(self, bearings: Bearings) -> None:
+    def hear(self, bearings: Bearings, first_key: Int[np.ndarray, " rows"]) -> None:
         """Add directions of arrival between poses of the graph, after its relative poses were solved for.
 
         A loss that lets go of what does not fit must not choose what it fits.
         """
         graph = gtsam.NonlinearFactorGraph()
-        add_bearings(graph, bearings, self._first_key, near=self._use_qr)
+        add_bearings(graph, bearings, first_key, near=self._use_qr)
         self._isam.update(graph, gtsam.Values())
         self._settle(True)
 
@@ -229,7 +242,7 @@ class _IncrementalSmoother:
 
     def covariance(self) -> Float[np.ndarray, "3 3"]:
         """Covariance of the robot's last pose, in its own axes, (x_m, y_m, yaw_rad)."""
-        last = int(self._first_key[self._robot] + self.held[self._robot]) - 1
+        last = _KEYS_A_ROBOT * self._robot + int(self.held[self._robot]) - 1
         found: np.ndarray = self._isam.marginalCovariance(last)
         return found
 
@@ -238,8 +251,8 @@ class _IncrementalSmoother:
     ) -> tuple[gtsam.NonlinearFactorGraph, gtsam.Values]:
         """Poses that join the graph; each robot knows its start."""
         graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
-        for robot, begin, poses in starts:
-            first = int(self._first_key[robot])
+        for peer, begin, poses in starts:
+            first = _KEYS_A_ROBOT * peer
             for index, pose in enumerate(poses.tolist(), begin):
                 values.insert(first + index, pose2=gtsam.Pose2(*pose))
             if begin == 0:
@@ -247,9 +260,15 @@ class _IncrementalSmoother:
                 graph.addPriorPose2(first, gtsam.Pose2(*poses[0].tolist()), anchor)
         return graph, values
 
-    def _add_pings(self, graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, pings: Pings) -> None:
+    def _add_pings(
+        self,
+        graph: gtsam.NonlinearFactorGraph,
+        values: gtsam.Values,
+        pings: Pings,
+        first_key: Int[np.ndarray, " rows"],
+    ) -> None:
         """Bearings with Geman-McClure's loss to points that are known as well as they were told."""
-        observers = keys(pings.observer, self._first_key)
+        observers = keys(pings.observer, first_key)
         for i, azimuth_rad, sigma_rad, point_m, covariance_m2 in zip(observers, *pings[1:], strict=True):
             point, self._n_points = _FIRST_POINT + self._n_points, self._n_points + 1
             values.insert(point, point_m)
