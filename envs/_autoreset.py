@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Shaped
 
-from envs._vector import RESET_MASK, Infos, RendezvousVectorEnv, VectorStep
+from envs._vector import RESET_MASK, RendezvousVectorEnv
+from envs._vector_results import Infos, VectorStep
 
 Begin = Callable[[Bool[np.ndarray, " worlds"]], tuple[Any, Infos]]
 

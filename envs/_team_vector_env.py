@@ -12,7 +12,8 @@ from jaxtyping import Bool
 from envs._autoreset import step_and_reset
 from envs._rendezvous import RendezvousEnv
 from envs._team_env import joined_actions, joined_boxes
-from envs._vector import RESET_MASK, Infos, RendezvousVectorEnv, VectorStep
+from envs._vector import RESET_MASK, RendezvousVectorEnv
+from envs._vector_results import Infos, VectorStep
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
 

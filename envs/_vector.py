@@ -1,6 +1,7 @@
 """Many worlds at once: one call resets or steps all of them, with arrays in and arrays out.
 
-No dicts, no agents that come and go, no autoreset: adapters to frameworks add what theirs expects.
+No agents that come and go, no autoreset: adapters to frameworks add what theirs expects. Worlds that
+begin together share a clock and are one `Episode`; those that begin anew while others go on are another.
 """
 
 from collections.abc import Mapping, Sequence
@@ -8,51 +9,43 @@ from os import PathLike
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int8, Shaped
+from gymnasium import logger
+from jaxtyping import Bool, Float32, Int, Int8, Shaped, UInt8
 
-from envs._arguments import NotResetError
-from envs._rendezvous import RendezvousEnv
+from envs._arguments import NotResetError, changes_of, next_seed
+from envs._episode import Episode
+from envs._playing import played, settings_of, shown
+from envs._snapshot import FORMAT, VectorSnapshot, blocks_of, check_snapshot
+from envs._state import state
+from envs._vector_arguments import checked_actions, checked_mask, checked_n_worlds, checked_seeds
+from envs._vector_results import Buffers, Columns, Infos, Part, VectorStep, columns_of, merged, step_of
+from envs.render.config import DEFAULT_HEIGHT_PX, RenderConfig
+from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.errors import BadInputError, require
 from wifipgo.heap import keep_freed_memory
+from wifipgo.loop.one_world import one_world
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
 
 RESET_MASK = "reset_mask"  # gymnasium's name, in the options of a reset
-Infos = dict[str, np.ndarray]
-Observations = np.ndarray | dict[str, np.ndarray]
+_REPLACED = -1
 
 
-class Buffers(NamedTuple):
-    """Arrays of the caller's that results are written into, contiguous.
-
-    Attributes:
-        observations: Flat ones.
-        rewards: Of each robot.
-        terminations, truncations: Whether an episode ended, and how.
-    """
-
-    observations: Float32[np.ndarray, "worlds robots numbers"]
-    rewards: Float[np.ndarray, "worlds robots"]
-    terminations: Bool[np.ndarray, "worlds robots"]
-    truncations: Bool[np.ndarray, "worlds robots"]
-
-
-class VectorStep(NamedTuple):
-    """What a step of all worlds gives; a world that is over stands still, with reward 0.
+class Cohort(NamedTuple):
+    """Worlds that began together.
 
     Attributes:
-        observations: float32, ``(worlds, robots, numbers)``; a dict of such arrays where asked for.
-        rewards: Of each robot.
-        terminations: The task of the world ended, by robot; stays until the world is reset.
-        truncations: Its time is up, by robot; stays too.
-        infos: Of fixed shapes and dtypes, ``(worlds, robots, ...)``.
+        worlds: Number in the batch of each; -1 of one that has begun anew elsewhere since.
+        episode: Where they stand. Those that are over are played on with the others, unseen.
     """
 
-    observations: Any
-    rewards: Float[np.ndarray, "worlds robots"]
-    terminations: Bool[np.ndarray, "worlds robots"]
-    truncations: Bool[np.ndarray, "worlds robots"]
-    infos: Infos
+    worlds: Int[np.ndarray, " some"]
+    episode: Episode
+
+    def among(self, mask: Bool[np.ndarray, " worlds"]) -> Int[np.ndarray, " among"]:
+        """Places of those of its worlds for which a mask of the batch holds."""
+        there: np.ndarray = (self.worlds != _REPLACED) & mask[self.worlds]
+        return there.nonzero()[0]
 
 
 class RendezvousVectorEnv:
@@ -61,12 +54,16 @@ class RendezvousVectorEnv:
     Args:
         scenario: As `RendezvousEnv`, as all that is not named here.
         n_worlds: How many.
-        buffers: Arrays to write results into instead of new ones; flat observations only.
+        buffers: Arrays to write results into instead of new ones.
+        render_mode: None or "rgb_array".
+        render_height_px: Height of the picture of one world.
         arguments: Of `RendezvousEnv`.
 
     Raises:
-        ValueError: ``n_worlds`` is less than 1, or `RendezvousEnv` refuses.
+        ValueError: ``n_worlds`` is less than 1 or more than fits in memory, or `RendezvousEnv` refuses.
     """
+
+    metadata: Mapping[str, Any] = {"name": "rendezvous_v0", "render_modes": ["rgb_array"], "render_fps": 5}
 
     def __init__(
         self,
@@ -74,123 +71,241 @@ class RendezvousVectorEnv:
         *,
         n_worlds: int = 64,
         buffers: Buffers | None = None,
+        render_mode: str | None = None,
+        render_height_px: int = DEFAULT_HEIGHT_PX,
         **arguments: Any,
     ) -> None:
         """Check the arguments and build the spaces."""
-        whole = isinstance(n_worlds, int | np.integer) and not isinstance(n_worlds, bool)
-        require(whole and n_worlds >= 1, "n_worlds", "an integer >= 1", n_worlds)
+        if render_mode == "human":
+            raise BadInputError("render_mode must be None or 'rgb_array' for many worlds, got 'human'")
         keep_freed_memory()
-        self.n_worlds = int(n_worlds)
-        self._envs = [RendezvousEnv(scenario, **arguments) for _ in range(self.n_worlds)]
-        first = self._envs[0]
-        self.possible_agents, self.n_robots = first.possible_agents, len(first.possible_agents)
-        self.base_scenario, self.scenario, self.layout = first.base_scenario, first.scenario, first.layout
-        self.single_observation_space = first.observation_space("robot_0")
-        self.single_action_space = first.action_space("robot_0")
-        self.state_space = first.state_space
-        self._last: list[Any] = []
+        self._settings = settings_of(scenario, render_mode=render_mode, **arguments)
+        self.base_scenario = self.scenario = self._settings.scenario
+        self.n_worlds, self.n_robots = checked_n_worlds(n_worlds, self.scenario), self.scenario.n_robots
+        self.possible_agents, self.layout = self._settings.agents, self._settings.layout
+        self.single_observation_space = self._settings.observation_space()
+        self.single_action_space = self._settings.form.space()
+        self.state_space = self._settings.state_space
+        self.render_mode, self._picture = render_mode, RenderConfig(height_px=render_height_px)
         self._buffers = buffers
+        self._seeds: list[tuple[int, int] | None] = [None] * self.n_worlds
+        self._cohorts: tuple[Cohort, ...] = ()
+        self._last: Columns = {}
 
+    def __repr__(self) -> str:
+        """What it is."""
+        return f"RendezvousVectorEnv({self.scenario.name!r}, n_worlds={self.n_worlds})"
+
+    @property
+    def over(self) -> Bool[np.ndarray, " worlds"]:
+        """Worlds whose episode is over.
+
+        Raises:
+            RuntimeError: Before the first reset.
+        """
+        last = self._after_reset()
+        over: np.ndarray = last["terminations"][:, 0] | last["truncations"][:, 0]
+        return over
+
+    @property
+    def cohorts(self) -> tuple[Cohort, ...]:
+        """Worlds by when they began, with the state of their episodes; truth included, never for policies."""
+        self._after_reset()
+        return self._cohorts
+
+    def _after_reset(self) -> Columns:
+        if not self._last:
+            raise NotResetError("reset() must be called before worlds are looked at or stepped")
+        return self._last
+
+    @plain_arithmetic
     def reset(
-        self, seed: int | Sequence[int] | None = None, options: Mapping[str, Any] | None = None
+        self,
+        seed: int | np.integer[Any] | Sequence[int | None] | None = None,
+        options: Mapping[str, Any] | None = None,
     ) -> tuple[Any, Infos]:
-        """Begin an episode in every world.
+        """Begin an episode in every world, or in some.
 
         Args:
-            seed: Of world 0, those after it have the numbers that follow; or one for each world. Without
-                one, the next episode of each world's sequence.
+            seed: Of world 0; those after it have the numbers that follow. Or one for each world. Without
+                one, the next episode of each world's own sequence.
             options: Scenario fields for these episodes, the same for all; and ``reset_mask``, an array of
-                bools, one a world: only these begin, the others go on (seeds are then for all worlds too).
+                bools, one a world: only these begin, the others stay where they are.
+
+        Returns:
+            Observations and infos of all worlds.
+
+        Raises:
+            ValueError: A seed, a mask or an option that is refused, or a room that cannot be laid out. The
+                episodes before go on.
         """
-        given = dict(options or {})
-        mask = given.pop(RESET_MASK, np.ones(self.n_worlds, dtype=bool))
-        seeds = (
-            [None] * self.n_worlds
-            if seed is None
-            else (
-                [seed + k for k in range(self.n_worlds)] if isinstance(seed, int | np.integer) else list(seed)
-            )
-        )
-        self._last = self._last or [None] * self.n_worlds
-        for k in np.flatnonzero(mask).tolist():
-            observations, infos = self._envs[k].reset(seed=seeds[k], options=given)
-            off = dict.fromkeys(self.possible_agents, False)
-            self._last[k] = (observations, dict.fromkeys(self.possible_agents, 0.0), off, off, infos)
-        out = self._stacked()
+        require(options is None or isinstance(options, Mapping), "options", "None or a mapping", options)
+        mask = (options or {}).get(RESET_MASK)
+        changes = changes_of({k: v for k, v in (options or {}).items() if k != RESET_MASK})
+        worlds, given = checked_mask(mask, self.n_worlds), checked_seeds(seed, self.n_worlds)
+        if not self._last:
+            require(len(worlds) == self.n_worlds, "options['reset_mask']", "True for all at first", mask)
+        seeds = list(self._seeds)
+        for k in worlds.tolist():
+            seeds[k] = next_seed(given[k], seeds[k])
+        scenario = self._settings.scenario.with_overrides(**changes)
+        # Solvers that run at every step know one world each yet.
+        together = np.split(worlds, len(worlds)) if scenario.graph.incremental else [worlds]
+        begun = [
+            Cohort(each, Episode.begun(scenario, [own for k in each.tolist() if (own := seeds[k])]))
+            for each in together
+        ]
+        parts = [
+            Part(each, np.arange(len(each)), columns_of(shown(now, self._settings), self.n_robots))
+            for each, now in begun
+        ]
+        last = merged(parts, self._last, self.n_worlds)
+        self._seeds, self._last = seeds, last
+        self._cohorts = (*_without(self._cohorts, worlds), *begun)
+        out = step_of(last, self._settings, self._buffers)
         return out.observations, out.infos
 
+    @plain_arithmetic
     def step(self, actions: Shaped[np.ndarray, "worlds robots ..."]) -> VectorStep:
         """Advance every world that is not over by one iteration.
+
+        Whatever exception leaves it, Ctrl-C too, all worlds are as they were before.
+
+        Args:
+            actions: Of each robot of each world; those of worlds that are over are not looked at.
 
         Raises:
             ValueError: Actions of another shape, or not finite; names world and robot.
             RuntimeError: Before the first reset, or when all worlds are over.
         """
-        if not self._last:
-            raise NotResetError("reset() must be called before step()")
-        if self.over.all():
+        over = self.over
+        if over.all():
             raise RuntimeError("all worlds are over: call reset() before step()")
-        shape = (self.n_worlds, self.n_robots, *(self.single_action_space.shape or ()))
-        require(np.shape(actions) == shape, "actions", f"of shape {shape}", np.shape(actions))
-        for k, env in enumerate(self._envs):
-            if env.agents:
-                self._last[k] = env.step(dict(zip(self.possible_agents, actions[k], strict=True)))
-            else:
-                seen, rewards, *rest = self._last[k]
-                self._last[k] = (seen, dict.fromkeys(rewards, 0.0), *rest)
-        return self._stacked()
+        rows = checked_actions(self._settings.form, actions, over, self.n_robots)
+        cohorts, parts = [], []
+        for cohort in self._cohorts:
+            among = cohort.among(~over)
+            if not len(among):
+                cohorts.append(cohort)
+                continue
+            own = rows if len(among) == self.n_worlds else self._rows_of(rows, cohort)
+            now, rewards, ended, cut = played(cohort.episode, own, self._settings)
+            view = shown(now, self._settings)
+            columns = columns_of(view, self.n_robots, rewards, ended, cut)
+            cohorts.append(Cohort(cohort.worlds, now))
+            parts.append(Part(cohort.worlds[among], among, columns))
+        last = merged(parts, self._last, self.n_worlds)
+        out = step_of(last, self._settings, self._buffers)
+        self._cohorts, self._last = tuple(cohorts), last
+        return out
 
-    @property
-    def over(self) -> Bool[np.ndarray, " worlds"]:
-        """Worlds whose episode is over."""
-        return np.array([not env.agents for env in self._envs])
+    def _rows_of(self, rows: np.ndarray, cohort: Cohort) -> np.ndarray:
+        """Actions of a cohort's worlds; one that is played elsewhere does here whatever that does."""
+        each = rows.reshape(self.n_worlds, self.n_robots, *rows.shape[1:])
+        return each[cohort.worlds].reshape(-1, *rows.shape[1:])
 
+    @plain_arithmetic
     def state(self) -> Float32[np.ndarray, "worlds numbers"]:
         """What is true and believed of each team, scaled: for a centralised critic."""
-        return np.stack([env.state() for env in self._envs])
+        out = np.zeros((self.n_worlds, *self.state_space.shape), dtype=np.float32)
+        for worlds, now in self.cohorts:
+            there = worlds != _REPLACED
+            out[worlds[there]] = state(now.tick, now.scenario)[there]
+        return out
 
     def action_masks(self) -> Int8[np.ndarray, "worlds robots choices"]:
-        """Choices that have an effect of their own."""
-        return np.stack([env.action_masks() for env in self._envs])
+        """Choices that have an effect of their own.
+
+        Raises:
+            ValueError: The actions are continuous.
+            RuntimeError: Before the first reset.
+        """
+        if self._settings.form.masks is None:
+            raise BadInputError("actions must be 'discrete' for masks, got 'continuous'")
+        return self._after_reset()["infos/action_mask"]
+
+    def snapshot(self) -> VectorSnapshot:
+        """Where all worlds stand, chance included.
+
+        Raises:
+            RuntimeError: Before the first reset.
+        """
+        return VectorSnapshot(
+            format=FORMAT,
+            scenario=self.scenario,
+            blocks=blocks_of(self.layout),
+            cohorts=tuple((worlds, now.kept()) for worlds, now in self.cohorts),
+            seeds=tuple(self._seeds),
+            last=dict(self._last),
+        )
+
+    @plain_arithmetic
+    def restore(self, snapshot: object) -> tuple[Any, Infos]:
+        """Go back, or over, to where a snapshot of as many worlds was taken.
+
+        Returns:
+            Observations and infos, as at the time of the snapshot.
+
+        Raises:
+            ValueError: A snapshot of another scenario, layout, version or number of worlds.
+        """
+        kept = check_snapshot(snapshot, VectorSnapshot, self.scenario, self.layout)
+        n = len(kept.seeds)
+        require(n == self.n_worlds, "snapshot", f"of {self.n_worlds} worlds", n)
+        out = step_of(kept.last, self._settings, self._buffers)
+        self._seeds, self._last = list(kept.seeds), dict(kept.last)
+        self._cohorts = tuple(Cohort(worlds, now) for worlds, now in kept.cohorts)
+        return out.observations, out.infos
+
+    @plain_arithmetic
+    def render(self, world: int | None = None) -> UInt8[np.ndarray, "height width 3"] | None:
+        """Draw one world, or all of them side by side.
+
+        Returns:
+            The picture; None, with a warning, without ``render_mode="rgb_array"``.
+        """
+        if self.render_mode is None:
+            logger.warn("render() draws nothing without render_mode='rgb_array'")
+            return None
+        from envs.render.mosaic import mosaic, picture_of  # noqa: PLC0415 (pygame loads with a picture)
+
+        which = range(self.n_worlds) if world is None else [world]
+        views = (self._alone(k) for k in which)
+        scenario = self.cohorts[-1].episode.scenario
+        return mosaic([picture_of(tick, room, scenario, self._picture) for room, tick in views])
 
     def tick_of(self, world: int) -> Tick:
         """State of one world, truth included: for evaluation and pictures, never for policies."""
-        return self._envs[world].tick
+        return self._alone(world)[1]
 
     def world_of(self, world: int) -> World:
         """Room and obstacles of one world."""
-        return self._envs[world].world
+        return self._alone(world)[0]
+
+    def _alone(self, world: int) -> tuple[World, Tick]:
+        """One world as a batch of one."""
+        require(0 <= world < self.n_worlds, "world", f"in 0..{self.n_worlds - 1}", world)
+        for worlds, now in reversed(self.cohorts):
+            at = np.flatnonzero(worlds == world)
+            if len(at):
+                return one_world(now.world, now.tick, int(at[0]), now.scenario)
+        raise AssertionError(world)
 
     def close(self) -> None:
-        """Close the window."""
-        for env in self._envs:
-            env.close()
+        """Nothing is held open."""
 
-    def _stacked(self) -> VectorStep:
-        """Results of all worlds as arrays."""
-        columns = list(zip(*self._last, strict=True))
-        seen = self._rows(columns[0])
-        rewards, ended, cut = (self._rows(column) for column in columns[1:4])
-        infos = {
-            name: np.array([[info[a][name] for a in self.possible_agents] for info in columns[4]])
-            for name in columns[4][0][self.possible_agents[0]]
-        }
-        return VectorStep(seen, rewards, ended, cut, infos)
 
-    def _rows(self, each: Sequence[Mapping[str, Any]]) -> Any:
-        first = each[0][self.possible_agents[0]]
-        if isinstance(first, Mapping):
-            return {
-                name: np.array([[one[a][name] for a in self.possible_agents] for one in each])
-                for name in first
-            }
-        return np.array([[one[a] for a in self.possible_agents] for one in each])
+def _without(cohorts: tuple[Cohort, ...], worlds: Int[np.ndarray, " some"]) -> list[Cohort]:
+    """Cohorts whose worlds begin anew elsewhere; those of which nothing is left go."""
+    left = [
+        Cohort(np.where(np.isin(cohort.worlds, worlds), _REPLACED, cohort.worlds), cohort.episode)
+        for cohort in cohorts
+    ]
+    return [cohort for cohort in left if (cohort.worlds != _REPLACED).any()]
 
 
 def vector_env(
     scenario: str | PathLike[str] | Scenario = "paper-hw-2", n_worlds: int = 64, **arguments: Any
 ) -> RendezvousVectorEnv:
     """Many worlds at once; arguments of `parallel_env`."""
-    if "render_mode" in arguments and arguments["render_mode"] == "human":
-        raise BadInputError("render_mode must be None or 'rgb_array' for many worlds, got 'human'")
     return RendezvousVectorEnv(scenario, n_worlds=n_worlds, **arguments)

@@ -33,7 +33,7 @@ class Scene(NamedTuple):
     Attributes:
         faces_m: Edges of the obstacles: what hides.
         edges_m: The same and the walls: what a ray of the lidar ends at.
-        surfaces: What the radio sees of them.
+        surfaces: What the radio sees of them; one scene where those of all worlds are alike.
     """
 
     faces_m: Float[np.ndarray, "worlds faces 2 2"]

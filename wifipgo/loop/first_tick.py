@@ -41,15 +41,15 @@ def start(scenario: Scenario, streams: Streams) -> tuple[World, Tick]:
 def _world(layouts: tuple[Layout, ...], scenario: Scenario, streams: Streams) -> World:
     """What stands still, and the engines."""
     rows = Rows(len(layouts), scenario.n_robots)
-    (layout,) = layouts
     standing = draw_episode_impairments(
         scenario.impairments,
         n_robots=scenario.n_robots,
         n_antennas=len(scenario.radio.antennas_m) or 2,
         size_m=scenario.arena.size_m,
         rng=streams.standing,
+        n_worlds=rows.n_worlds,
     )
-    arena = Arena([layout], scenario.arena, turn_rad=scenario.turn.turn_rad)
+    arena = Arena(layouts, scenario.arena, turn_rad=scenario.turn.turn_rad)
     smoothers = PerRobotSmoothers(scenario.graph) if scenario.graph.incremental else None
     return World(rows, layouts, first_scene(layouts, scenario), arena, standing, smoothers)
 

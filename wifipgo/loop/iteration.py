@@ -73,7 +73,7 @@ def observe(
         streams: Chance.
     """
     scene, poses, team = scene_of(world, truth), truth.poses[:, -1], belief.team
-    links = probe_links(poses[:, :2], scene.surfaces, scenario.radio, world.standing)
+    links = probe_links(poses[:, :2], scene.surfaces, scenario.radio, world.standing, rows=world.rows)
     seen = robots_in_view(poses, scene.faces_m, range_m=scenario.sensing.sensor_range_m)
     heard = listen_to_team(
         links, team.calls, seen, poses[:, 2], world.standing, scenario=scenario, rng=streams.channel

@@ -63,6 +63,9 @@ def combed_channel(
     are added one by one, so that a link has the same channel, to the bit, in any company.
     """
     comb, (n_paths, n_links) = _comb(bandwidth_hz), gain.shape
+    if n_links == 1:  # numpy multiplies complex numbers by one with another rounding than by several
+        twice = combed_channel(gain.repeat(2, axis=1), delay_s.repeat(2, axis=1), bandwidth_hz=bandwidth_hz)
+        return twice[:, :1]
     turns = comb.indices[:, None, None] * (-SUBCARRIER_SPACING_HZ * delay_s)
     phasors = _phasors((2.0 * np.pi * within_a_turn(turns)).astype(np.float32))
     *firsts, power = phasors[len(comb.rest) :]
