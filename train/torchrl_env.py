@@ -11,6 +11,7 @@ from torchrl.data import Bounded, Categorical, Composite, Unbounded
 from torchrl.envs import EnvBase
 
 from envs.rendezvous_v0 import RESET_MASK, RendezvousVectorEnv
+from train._tensors import tensor_of
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
 
@@ -135,7 +136,7 @@ class RendezvousTorchEnv(EnvBase):
         return TensorDict(told, self.batch_size, device=self.device)
 
     def _tensor(self, x: np.ndarray) -> torch.Tensor:
-        return torch.from_numpy(_single(x)).to(self.device)
+        return tensor_of(x, self.device)
 
 
 def _group(entries: dict[str, Any], n_robots: int) -> Composite:
@@ -150,13 +151,8 @@ def _box(space: Any, *robots: int) -> Bounded:
     return Bounded(low, high, shape=low.shape, dtype=low.dtype)
 
 
-def _single(x: np.ndarray) -> np.ndarray:
-    """In single precision, as learners have it."""
-    return np.ascontiguousarray(x, np.float32 if x.dtype == np.float64 else None)
-
-
 def _unknown(column: np.ndarray) -> Any:
     """Values of the kind that one world's are of."""
     if column.dtype == bool:
         return Categorical(2, shape=column.shape[1:], dtype=torch.bool)
-    return Unbounded(shape=column.shape[1:], dtype=torch.from_numpy(_single(column)).dtype)
+    return Unbounded(shape=column.shape[1:], dtype=tensor_of(column).dtype)
