@@ -1,12 +1,14 @@
 """Errors and weights against their closed forms (paper Eqs. 4, 7 to 9, 11 to 13)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from wifipgo import se2
 from wifipgo.errors import UnknownNameError
 from wifipgo.graph.edges import Edges, extended, refresh_reported, select
-from wifipgo.graph.metrics import ate_rot, ate_trans, residual_error
+from wifipgo.graph.metrics import Judged, ate_rot, ate_trans, residual_error
 from wifipgo.graph.outliers.aoa_weights import bearing, elevation, likelihood, paper_weights
 
 
@@ -41,6 +43,24 @@ def test_err_is_eq_4_with_matrices(weights: str) -> None:
         counted[i[0]] += 1
     freedom = np.maximum(3 * counted - 3 * 4, 1.0) if weights == "information" else 1.0
     np.testing.assert_allclose(residual_error(poses, edges, weights=weights), err / freedom, rtol=1e-12)
+
+
+@pytest.mark.parametrize("weights", ["unit", "information"])
+def test_err_brought_up_to_date_is_err_to_the_bit(monkeypatch: pytest.MonkeyPatch, weights: str) -> None:
+    """Whose poses moved, who was told otherwise, and what came."""
+    monkeypatch.setattr("wifipgo.graph.metrics._MANY", 1)
+    poses, edges = random_graph(np.random.default_rng(3), n=60)
+    old = select(edges, np.arange(50))
+    before = Judged(residual_error(poses, old, weights=weights), poses, old)
+    told, moved = edges.reported_pose.copy(), poses.copy()
+    told[np.flatnonzero(edges.tail[:, 0] == 1)[:9]] += 0.1
+    moved[2, 1] += 0.1
+    for now in (poses, moved):
+        for reported in (edges.reported_pose, told):
+            changed = replace(edges, reported_pose=reported)
+            expected = residual_error(now, changed, weights=weights)
+            found = residual_error(now, changed, weights=weights, before=before)
+            np.testing.assert_array_equal(found, expected)
 
 
 def test_unknown_weights_list_the_known() -> None:

@@ -2,16 +2,19 @@
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import pick
-from wifipgo.graph.edges import Edges
+from wifipgo.graph.edges import Edges, select
 
 # Whether each term of Eq. 4 is divided by the variance of its measurement.
 ERR_WEIGHTS: Mapping[str, bool] = MappingProxyType({"unit": False, "information": True})
+
+_MANY = 1000  # measurements from which on it pays to look for what changed
 
 
 def chordal_square(angle_rad: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
@@ -36,15 +39,30 @@ def squared_residuals(
     T_world_i = rows.take(tail, axis=0)
     T_world_j = np.where(edges.between_robots[:, None], edges.reported_pose, rows.take(head, axis=0))
     d = T_world_j - T_world_i
-    c, s = np.cos(rows[:, 2]).take(tail), np.sin(rows[:, 2]).take(tail)
+    if len(edges) < len(rows):
+        c, s = np.cos(T_world_i[:, 2]), np.sin(T_world_i[:, 2])
+    else:
+        c, s = np.cos(rows[:, 2]).take(tail), np.sin(rows[:, 2]).take(tail)
     x, y = edges.z[:, 0], edges.z[:, 1]
     off_m2 = (d[:, 0] - c * x + s * y) ** 2 + (d[:, 1] - s * x - c * y) ** 2
     return off_m2, chordal_square(d[:, 2] - edges.z[:, 2])
 
 
+class Judged(NamedTuple):
+    """Err_i of every robot by unit weights as it was, of which poses and measurements."""
+
+    err: Float[np.ndarray, " robots"]
+    poses: Float[np.ndarray, "robots times 3"]
+    edges: Edges
+
+
 @harmless_underflow
 def residual_error(
-    poses: Float[np.ndarray, "robots times 3"], edges: Edges, *, weights: str = "unit"
+    poses: Float[np.ndarray, "robots times 3"],
+    edges: Edges,
+    *,
+    weights: str = "unit",
+    before: Judged | None = None,
 ) -> Float[np.ndarray, " robots"]:
     """Err_i of every robot (paper Eq. 4): how far its measurements disagree with its poses.
 
@@ -58,18 +76,39 @@ def residual_error(
             ``information``: omega = 1 / sigma, so a chi-square, here divided by its
             degrees of freedom: three for each measurement of positive weight, less
             three for each pose but the first, at least 1.
+        before: Err_i before the last measurements came. It saves the time for terms that are as they were,
+            where these are many, and changes no bit.
 
     Returns:
         Err_i, unitless.
     """
+    by_sigma = pick(ERR_WEIGHTS, weights, "Err weights")
+    if before is not None and len(before.edges) >= _MANY and not by_sigma:
+        return _brought_up_to_date(before, poses, edges)
     off_m2, turn = squared_residuals(poses, edges)
     robot, (n_robots, times) = edges.tail[:, 0], poses.shape[:2]
     freedom = np.ones(n_robots)
-    if pick(ERR_WEIGHTS, weights, "Err weights"):
+    if by_sigma:
         off_m2, turn = off_m2 / edges.sigma[:, 0] ** 2, turn / edges.sigma[:, 1] ** 2
         counted = np.bincount(robot, edges.weight > 0.0, minlength=n_robots)
         freedom = np.maximum(3.0 * (counted - (times - 1)), 1.0)
     return np.bincount(robot, edges.weight * (off_m2 + 0.5 * turn), minlength=n_robots) / freedom
+
+
+def _brought_up_to_date(
+    before: Judged, poses: Float[np.ndarray, "robots times 3"], edges: Edges
+) -> Float[np.ndarray, " robots"]:
+    """Sums of old terms and new ones, as they came; from the first for robots with terms that changed."""
+    n_old, (n_robots, times) = len(before.edges), before.poses.shape[:2]
+    robot = edges.tail[:, 0]
+    others = (robot[:n_old] != edges.head[:n_old, 0]).nonzero()[0]
+    told = (edges.reported_pose[others] != before.edges.reported_pose[others]).any(axis=1)
+    anew = (poses[:, :times] != before.poses).reshape(n_robots, -1).any(axis=1)
+    anew[robot[others[told]]] = True
+    rows = np.append(anew[robot[:n_old]].nonzero()[0], np.arange(n_old, len(edges)))
+    off_m2, turn = squared_residuals(poses, few := select(edges, rows))
+    terms = np.append(np.where(anew, 0.0, before.err), few.weight * (off_m2 + 0.5 * turn))
+    return np.bincount(np.append(np.arange(n_robots), few.tail[:, 0]), terms, minlength=n_robots)
 
 
 @harmless_underflow

@@ -78,7 +78,7 @@ def _first_belief(world: World, scenario: Scenario) -> Belief:
     n, starts = len(world.rows), _starts(world)
     certain = np.zeros((n, 1, 3, 3))
     return Belief(
-        paths=Paths(starts[:, None], certain[:, 0], certain, certain, no_smoothing(n)),
+        paths=Paths(starts[:, None], certain[:, 0], certain, certain, no_smoothing(n, world.rows.n_robots)),
         log=MeasurementLog(Edges.empty(), Bearings.empty(scenario.turn.n_peaks), NO_PINGS),
         radio=_silence(world.rows, scenario),
         sensed=Sensed(np.zeros((n, N_LIDAR_RAYS)), np.zeros((n, 2))),

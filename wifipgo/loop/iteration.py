@@ -12,7 +12,7 @@ default reward is ever handed a `Truth`.
 
 from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.graph.edges import Edges
-from wifipgo.graph.metrics import residual_error
+from wifipgo.graph.metrics import Judged, residual_error
 from wifipgo.loop.aoa_measurements import Heard, listen_to_team
 from wifipgo.loop.dead_reckoning import dead_reckon, drive
 from wifipgo.loop.exchange import exchange, solve_at_every_step
@@ -96,7 +96,12 @@ def observe(
         sensed=sense(truth, scene, scenario, rng=streams.sight),
         team=team._replace(calls=calls),
         coverage=belief.coverage,
-        err=residual_error(paths.estimate, log.edges, weights=scenario.graph.err_weights),
+        err=residual_error(
+            paths.estimate,
+            log.edges,
+            weights=scenario.graph.err_weights,
+            before=Judged(belief.err, belief.paths.estimate, belief.log.edges),
+        ),
     )
     return Tick(truth, concluded)
 

@@ -102,8 +102,9 @@ def refresh_reported_where_linked(
         The log, and the bytes that this took in each world: only what changed is sent.
     """
     edges, rows = log.edges, Rows.of(len(linked), linked.shape[1])
-    tail, peer = edges.tail[:, 0], rows.peer(edges.head[:, 0])
-    there = linked.take(tail * linked.shape[1] + peer).nonzero()[0]
+    others = (edges.tail[:, 0] != edges.head[:, 0]).nonzero()[0]
+    tail, peer = edges.tail[:, 0].take(others), rows.peer(edges.head[:, 0].take(others))
+    there = others[linked.take(tail * linked.shape[1] + peer)]
     if not len(there):
         return log, 0
     now = estimate[edges.head[there, 0], edges.head[there, 1]]
@@ -112,4 +113,6 @@ def refresh_reported_where_linked(
         return log, 0
     told, changed = edges.reported_pose.copy(), there[new]
     told[changed] = now[new]
-    return log._replace(edges=replace(edges, reported_pose=told)), BYTES_PER_POSE * rows.counts(tail[changed])
+    return log._replace(edges=replace(edges, reported_pose=told)), BYTES_PER_POSE * rows.counts(
+        edges.tail[changed, 0]
+    )
