@@ -149,19 +149,12 @@ class RendezvousVectorEnv:
         for k in worlds.tolist():
             seeds[k] = next_seed(given[k], seeds[k])
         scenario = self._settings.scenario.with_overrides(**changes)
-        # Solvers that run at every step know one world each yet.
-        together = np.split(worlds, len(worlds)) if scenario.graph.incremental else [worlds]
-        begun = [
-            Cohort(each, Episode.begun(scenario, [own for k in each.tolist() if (own := seeds[k])]))
-            for each in together
-        ]
-        parts = [
-            Part(each, np.arange(len(each)), columns_of(shown(now, self._settings), self.n_robots))
-            for each, now in begun
-        ]
-        last = merged(parts, self._last, self.n_worlds)
+        now = Episode.begun(scenario, [own for k in worlds.tolist() if (own := seeds[k]) is not None])
+        columns = columns_of(shown(now, self._settings), self.n_robots)
+        part = Part(worlds, np.arange(len(worlds)), columns)
+        last = merged([part], self._last, self.n_worlds)
         self._seeds, self._last = seeds, last
-        self._cohorts = (*_without(self._cohorts, worlds), *begun)
+        self._cohorts = (*_without(self._cohorts, worlds), Cohort(worlds, now))
         out = step_of(last, self._settings, self._buffers)
         return out.observations, out.infos
 
