@@ -97,31 +97,36 @@ def propagate_backwards(
         sigma: Of odometry.
     """
     back = transport_covariance(end[:, None], p_m - p_m[:, -1:])
-    n_after = np.arange(p_m.shape[1] - 1, -1, -1.0)[None, :, None]
-    first = _sum_after(p_m)
-    second = _sum_after(p_m[..., :, None] * p_m[..., None, :])
-    across = p_m[..., :, None] * first[..., None, :]
-    spread = n_after[..., None] * p_m[..., :, None] * p_m[..., None, :]
-    spread = spread - across - np.swapaxes(across, -1, -2) + second
-    turned = _quarter_turned(n_after * p_m - first)
-    turn, shift = sigma[:, None, 1] ** 2, sigma[:, None, 0] ** 2
-    back[..., 0, 0] += turn * spread[..., 1, 1] + shift * n_after[..., 0]
-    back[..., 1, 1] += turn * spread[..., 0, 0] + shift * n_after[..., 0]
-    back[..., 0, 1] -= turn * spread[..., 0, 1]
-    back[..., 1, 0] -= turn * spread[..., 0, 1]
-    back[..., :2, 2] += turn[..., None] * turned
-    back[..., 2, :2] += turn[..., None] * turned
-    back[..., 2, 2] += turn * n_after[..., 0]
+    n_after = np.arange(p_m.shape[1] - 1, -1, -1.0)
+    turn, shift = sigma[:, 1:] ** 2, sigma[:, :1] ** 2
+    x, y = p_m[..., 0], p_m[..., 1]
+    after_x, after_y = _sum_after(x), _sum_after(y)
+    back[..., 0, 0] += turn * _spread(y, y, after_y, after_y, n_after) + shift * n_after
+    back[..., 1, 1] += turn * _spread(x, x, after_x, after_x, n_after) + shift * n_after
+    across = turn * _spread(x, y, after_x, after_y, n_after)
+    back[..., 0, 1] -= across
+    back[..., 1, 0] -= across
+    for axis, turned in enumerate((after_y - n_after * y, n_after * x - after_x)):
+        back[..., axis, 2] += turn * turned
+        back[..., 2, axis] += turn * turned
+    back[..., 2, 2] += turn * n_after
     return back
 
 
-def _sum_after(x: np.ndarray) -> np.ndarray:
+def _spread(
+    a: Float[np.ndarray, "robots times"],
+    b: Float[np.ndarray, "robots times"],
+    after_a: Float[np.ndarray, "robots times"],
+    after_b: Float[np.ndarray, "robots times"],
+    n_after: Float[np.ndarray, " times"],
+) -> Float[np.ndarray, "robots times"]:
+    """Sum over all later places of the product of how far they are along two axes."""
+    return n_after * a * b - a * after_b - b * after_a + _sum_after(a * b)
+
+
+def _sum_after(x: Float[np.ndarray, "robots times"]) -> Float[np.ndarray, "robots times"]:
     """Sum over all later times."""
     return np.flip(np.cumsum(np.flip(x, 1), axis=1), 1) - x
-
-
-def _quarter_turned(v_m: Float[np.ndarray, "... 2"]) -> Float[np.ndarray, "... 2"]:
-    return np.stack([-v_m[..., 1], v_m[..., 0]], axis=-1)
 
 
 def spread_m(covariance: Covariances) -> Float[np.ndarray, "..."]:

@@ -198,7 +198,7 @@ def _bytes_of_news(
 ) -> Int[np.ndarray, " groups"]:
     """Every member sends every other what that does not hold yet."""
     receiver, peer = _pairs(groups, team.held.shape)
-    known, of = team.held[receiver, peer], group_of(groups, len(team.held))
+    known, of = team.held[receiver, peer].astype(np.int64), group_of(groups, len(team.held))
     sender = receiver - receiver % team.held.shape[1] + peer
     n_bytes = BYTES_PER_POSE * (paths.t + 1 - known)
     n_bytes += BYTES_PER_EDGE * _later(log.edges.tail[:, 0], log.edges.measured_at, sender, known)
