@@ -11,7 +11,8 @@ from jaxtyping import Bool, Float, Int
 
 from wifipgo import segments
 from wifipgo.se2 import length
-from wifipgo.world.layout import Layout
+from wifipgo.world.boxes import meeting
+from wifipgo.world.layout import FAR_FACE_M, Layout
 from wifipgo.world.neighbours import Neighbours, neighbours
 
 # Bodies that keep further apart than this do not touch, however positions are rounded.
@@ -73,13 +74,12 @@ class _Outlines:
         """Take the corners of the obstacles of each world."""
         most, every = max(map(len, worlds)), [corners for world in worlds for corners in world]
         self._edges_m = np.concatenate([np.zeros((0, 2, 2)), *map(segments.polygon_edges, every)])
-        self._low_m, self._high_m = np.full((2, len(worlds), 1, most, 2), np.inf)
-        self._high_m *= -1.0  # what fills up the table meets nothing
+        self._low_m, self._high_m = np.full((2, len(worlds), most, 2), FAR_FACE_M[0])
         self._first, self._count = np.zeros((2, len(worlds), most), dtype=np.int64)
         n_before = 0
         for k, world in enumerate(worlds):
             for j, corners in enumerate(world):
-                self._low_m[k, 0, j], self._high_m[k, 0, j] = corners.min(axis=0), corners.max(axis=0)
+                self._low_m[k, j], self._high_m[k, j] = corners.min(axis=0), corners.max(axis=0)
                 self._first[k, j], self._count[k, j] = n_before, len(corners)
                 n_before += len(corners)
 
@@ -94,12 +94,11 @@ class _Outlines:
         none = np.zeros(0, dtype=np.int64)
         if not len(self._edges_m):
             return none, self._edges_m, none
-        low_m, high_m = (x.reshape(-1, n_robots, 1, 2) for x in (low_m, high_m))
-        meet = (low_m <= self._high_m) & (high_m >= self._low_m)
-        row, obstacle = (meet[..., 0] & meet[..., 1]).reshape(-1, meet.shape[2]).nonzero()
+        world = np.arange(len(low_m)) // n_robots
+        row, obstacle = meeting(low_m, high_m, (self._low_m, self._high_m), world)
         if not len(row):
             return none, self._edges_m[:0], none
-        count, first = (table[row // n_robots, obstacle] for table in (self._count, self._first))
+        count, first = (table[world[row], obstacle] for table in (self._count, self._first))
         begin = np.cumsum(count) - count
         edge_m = self._edges_m[np.arange(count.sum()) + np.repeat(first - begin, count)]
         each = np.repeat(row, count)

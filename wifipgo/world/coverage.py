@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo import segments
 from wifipgo.errors import require
 from wifipgo.se2 import length
-from wifipgo.world.layout import Layout, in_world
+from wifipgo.world.layout import Layout
+from wifipgo.world.line_of_sight import in_sight_from
 from wifipgo.world.polygons import inside_polygon, squares_about
 
 CELL_M = 1.0
@@ -125,28 +125,8 @@ def reveal(
     row, cell, first = row[clear], cell[clear], first[clear]
     if faces_m.size:
         faces_m = faces_m if faces_m.ndim == 4 else faces_m[None]
-        clear = _in_sight(p_m, row, middles(n)[cell], faces_m, range_m)
+        clear = in_sight_from(p_m, row, middles(n)[cell], faces_m, range_m)
         row, cell, first = row[clear], cell[clear], first[clear]
     seen = cells.seen.copy()
     seen.reshape(-1)[first + cell] = True
     return CellMap(cells.free, seen, (*cells.sightings, Sightings(row, cell)))
-
-
-def _in_sight(
-    p_m: Float[np.ndarray, "rows 2"],
-    row: Int[np.ndarray, " sightings"],
-    goal_m: Float[np.ndarray, "sightings 2"],
-    faces_m: Float[np.ndarray, "worlds faces 2 2"],
-    range_m: float,
-) -> Bool[np.ndarray, " sightings"]:
-    """Whether nothing hides a point from its robot; of a robot's faces only those in its range are tried."""
-    own_m = in_world(faces_m, np.arange(len(p_m)) // (len(p_m) // len(faces_m)))
-    near = segments.distance_to_segments(p_m, own_m) <= range_m
-    count = near.sum(axis=1)
-    clear, tried = np.ones(len(row), dtype=bool), count[row].nonzero()[0]
-    if len(tried):
-        first = np.argsort(~near, axis=1, kind="stable")[:, : count.max()]  # those in range come first
-        own_m = own_m[first] if own_m.ndim == 3 else np.take_along_axis(own_m, first[..., None, None], axis=1)
-        asked = row[tried]
-        clear[tried] = segments.in_sight(p_m[asked], goal_m[tried], own_m[asked])
-    return clear

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from wifipgo import segments
 from wifipgo.coerce import fitted
@@ -165,15 +165,6 @@ def padded(each_m: Sequence[Float[np.ndarray, "_ 2 2"]]) -> Float[np.ndarray, "w
     for own_m, segments_m in zip(out, each_m, strict=True):
         own_m[: len(segments_m)] = segments_m
     return out
-
-
-def in_world(
-    segments_m: Float[np.ndarray, "*worlds segments 2 2"], world: Int[np.ndarray, " rays"]
-) -> Float[np.ndarray, "*rays segments 2 2"]:
-    """Segments of the world that each ray is in; with one world they are the same for all rays."""
-    if segments_m.ndim == 3:
-        return segments_m
-    return segments_m[0] if len(segments_m) == 1 else segments_m[world]
 
 
 def room_walls(size_m: float) -> Float[np.ndarray, "4 2 2"]:

@@ -1,9 +1,10 @@
 """Lidar as a function of what stands where: rays against edges and against discs."""
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
 from wifipgo import segments
+from wifipgo.world.boxes import bounds, meeting
 from wifipgo.world.neighbours import neighbours
 
 N_LIDAR_RAYS = 16
@@ -45,7 +46,7 @@ def scan(
     start_m = p_m[:, None] + (robot_radius_m + _GAP_M) * rays
     reach_m = robot_radius_m + _GAP_M + range_m
     free_m = np.full(rays.shape[:2], range_m)
-    row, edge = _near_boxes(p_m.reshape(-1, n, 2), edges_m, reach_m).nonzero()
+    row, edge = meeting(p_m - reach_m, p_m + reach_m, bounds(edges_m), np.arange(len(p_m)) // n)
     if len(row):
         _shorten(free_m, row, _to_edges(start_m[row], rays[row], edges_m[row // n, edge]))
     seer, other, *_ = neighbours(p_m, n, reach_m + robot_radius_m)
@@ -63,18 +64,6 @@ def _shorten(
     n = free_m.shape[1]
     place = row[:, None] * n + np.arange(n)
     np.minimum.at(free_m.reshape(-1), place.reshape(-1), to_m.reshape(-1))  # quick along one axis only
-
-
-def _near_boxes(
-    p_m: Float[np.ndarray, "worlds robots 2"], edges_m: Float[np.ndarray, "worlds edges 2 2"], reach_m: float
-) -> Bool[np.ndarray, "rows edges"]:
-    """Which edges may be within reach of whom: the boxes about them are, to the last wall exactly."""
-    low_m = np.minimum(edges_m[:, None, :, 0], edges_m[:, None, :, 1]) - reach_m
-    high_m = np.maximum(edges_m[:, None, :, 0], edges_m[:, None, :, 1]) + reach_m
-    p_m = p_m[:, :, None]
-    near = (p_m >= low_m) & (p_m <= high_m)
-    both: np.ndarray = near[..., 0] & near[..., 1]
-    return both.reshape(-1, both.shape[2])
 
 
 def _to_edges(

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo import se2, segments
+from wifipgo import se2
 from wifipgo.errors import require, require_within
 from wifipgo.rows import Chance
-from wifipgo.world.layout import in_world
+from wifipgo.world.line_of_sight import in_sight
 from wifipgo.world.neighbours import Neighbours, neighbours
 from wifipgo.world.pair_chance import pair_normals, pair_uniforms
 
@@ -150,8 +150,8 @@ def _in_view(
     near = neighbours(p_m, n, range_m)
     if not faces_m.size or not len(near.row):
         return near
-    hiding_m = in_world(faces_m, near.row // n)
-    clear = segments.in_sight(p_m[near.row], p_m[near.other], hiding_m).nonzero()[0]
+    hiding_m = faces_m if faces_m.ndim == 4 else faces_m[None]
+    clear = in_sight(p_m[near.row], p_m[near.other], hiding_m, near.row // n).nonzero()[0]
     return Neighbours(*(column[clear] for column in near))
 
 
@@ -259,7 +259,8 @@ def measure_loop_closures(
     robot = (gap_m[np.arange(n_rows), near] <= cfg.sensor_range_m).nonzero()[0]
     old = history[robot, near[robot]]
     if faces_m.size and len(robot):
-        clear = segments.in_sight(now[robot, :2], old[:, :2], in_world(faces_m, robot // n))
+        hiding_m = faces_m if faces_m.ndim == 4 else faces_m[None]
+        clear = in_sight(now[robot, :2], old[:, :2], hiding_m, robot // n)
         robot, old = robot[clear], old[clear]
     if not len(robot):
         return _NOTHING
