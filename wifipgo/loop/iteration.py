@@ -10,6 +10,9 @@ What is true and what the robots believe are two objects: no policy, observation
 default reward is ever handed a `Truth`.
 """
 
+import numpy as np
+from jaxtyping import Float
+
 from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.graph.edges import Edges
 from wifipgo.graph.metrics import Judged, residual_error
@@ -27,7 +30,7 @@ from wifipgo.loop.uncertainty import propagate_uncertainty
 from wifipgo.radio.links import Links, probe_links
 from wifipgo.rendezvous import Calls, discrepancies, place_calls, raise_demands
 from wifipgo.scenarios.scenario import Scenario
-from wifipgo.state import Belief, Commands, RadioBelief, Tick, Truth, World
+from wifipgo.state import Belief, Commands, MeasurementLog, Paths, RadioBelief, Tick, Truth, World
 from wifipgo.streams import Streams
 from wifipgo.threads import one_thread
 from wifipgo.world.sensing import robots_in_view
@@ -96,14 +99,17 @@ def observe(
         sensed=sense(truth, scene, scenario, rng=streams.sight),
         team=team._replace(calls=calls),
         coverage=belief.coverage,
-        err=residual_error(
-            paths.estimate,
-            log.edges,
-            weights=scenario.graph.err_weights,
-            before=Judged(belief.err, belief.paths.estimate, belief.log.edges),
-        ),
+        err=_err(belief, paths, log, scenario),
     )
     return Tick(truth, concluded)
+
+
+def _err(
+    before: Belief, paths: Paths, log: MeasurementLog, scenario: Scenario
+) -> Float[np.ndarray, " robots"]:
+    """Err_i of Eq. 4, brought up to date."""
+    judged = Judged(before.err, before.paths.estimate, before.log.edges)
+    return residual_error(paths.estimate, log.edges, weights=scenario.graph.err_weights, before=judged)
 
 
 def _shown(links: Links, heard: Heard, calls: Calls, scenario: Scenario) -> RadioBelief:
