@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from baselines.evaluation.recording import Now, Recording, Steps
+from baselines.evaluation.recording import End, Now, Recording, Steps
 from baselines.policies import Oracle, Policy, TeamsPolicy, for_teams, make_policy
 from envs.rendezvous_v0 import RendezvousVectorEnv, vector_env
 from wifipgo.files.atomic_files import write_sealed
@@ -148,10 +148,16 @@ def _run(
     """Play all worlds to their ends, and put the episodes together."""
     env = vector_env(scenario, n_worlds=len(seeds))
     driver = for_teams(make_policy(policy, env.scenario) if isinstance(policy, str) else policy)
-    recording = play(env, driver, seeds, look=look)
+    ends: dict[int, End] = {}
+
+    def keep_end(world: int) -> None:
+        ends[world] = End.of(env, world)
+
+    recording = play(env, driver, seeds, at_end=keep_end, look=look)
     name = policy if isinstance(policy, str) else type(policy).__name__
+    threshold = env.scenario.rendezvous.err_threshold
     return [
-        _episode(env, recording, k, policy=name, trial=trial, seed=seed)
+        _episode(recording, k, ends[k], policy=name, trial=trial, seed=seed, threshold=threshold)
         for k, (trial, seed) in enumerate(zip(trials, seeds, strict=True))
     ]
 
@@ -161,6 +167,7 @@ def play(
     driver: TeamsPolicy,
     seeds: Sequence[int],
     *,
+    at_end: Callable[[int], object],
     look: Callable[[RendezvousVectorEnv], object] | None = None,
 ) -> Recording:
     """Play every world to its end.
@@ -169,6 +176,7 @@ def play(
         env: The worlds.
         driver: Drives their teams.
         seeds: Of each world.
+        at_end: Called with the number of each world when it ends, while it stands there.
         look: Called at the start and after each iteration.
     """
     driver.reset_rows(seeds)
@@ -183,7 +191,7 @@ def play(
         now = Now.of(env)
         recording.add(now, infos, live)
         for k in np.flatnonzero(live & env.over).tolist():
-            recording.ends[k] = env.tick_of(k)
+            at_end(k)
         look(env)
     return recording
 
@@ -193,28 +201,28 @@ def _look_away(*_: object) -> None:
 
 
 def _episode(
-    env: RendezvousVectorEnv, recording: Recording, world: int, *, policy: str, trial: int, seed: int
+    recording: Recording, world: int, end: End, *, policy: str, trial: int, seed: int, threshold: float
 ) -> Episode:
     """What was recorded of one world."""
     steps, meetings = recording.steps(world), recording.meetings(world)
-    end, layout = recording.ends[world], env.world_of(world).layout
+    figures = _figures(
+        steps,
+        threshold=threshold,
+        n_meetings=len(meetings),
+        coverage=float(recording.coverage[world]),
+        bytes_sent=end.bytes_sent,
+    )
     return Episode(
         policy=policy,
         trial=trial,
         seed=seed,
-        figures=_figures(
-            steps,
-            threshold=env.scenario.rendezvous.err_threshold,
-            n_meetings=len(meetings),
-            coverage=float(recording.coverage[world]),
-            bytes_sent=int(np.ravel(end.belief.team.bytes_sent)[0]),
-        ),
+        figures=figures,
         steps=steps,
         meetings=meetings,
-        reference=end.truth.poses,
-        estimate=end.belief.paths.estimate,
-        walls_m=layout.walls_m,
-        obstacles_m=tuple(layout.obstacles_m),
+        reference=end.reference,
+        estimate=end.estimate,
+        walls_m=end.layout.walls_m,
+        obstacles_m=tuple(end.layout.obstacles_m),
     )
 
 

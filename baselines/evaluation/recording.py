@@ -8,7 +8,8 @@ from jaxtyping import Bool, Float, Int, Shaped
 
 from envs.rendezvous_v0 import RendezvousVectorEnv
 from wifipgo.rendezvous import NOBODY
-from wifipgo.state import Tick
+from wifipgo.state import Tick, World
+from wifipgo.world.layout import Layout
 
 Steps = Mapping[str, Shaped[np.ndarray, "iterations robots"]]
 _OF_INFOS = {
@@ -37,12 +38,39 @@ class Now(NamedTuple):
     @classmethod
     def of(cls, env: RendezvousVectorEnv) -> "Now":
         """As the worlds stand."""
-        ticks = [env.tick_of(k) for k in range(env.n_worlds)]
-        return cls(
-            np.stack([tick.truth.poses[:, -1] for tick in ticks]),
-            np.stack([tick.belief.paths.estimate[:, -1] for tick in ticks]),
-            np.stack([tick.belief.team.calls.callee != NOBODY for tick in ticks]),
-        )
+        world, (truth, belief) = _together(env)
+        true, believed = truth.poses[:, -1], belief.paths.estimate[:, -1]
+        calling = belief.team.calls.callee != NOBODY
+        return cls(*map(world.rows.by_world, (true, believed, calling)))
+
+
+class End(NamedTuple):
+    """One world when it ended.
+
+    Attributes:
+        reference: True trajectories.
+        estimate: As the robots believe them.
+        bytes_sent: Over all links.
+        layout: Walls and obstacles.
+    """
+
+    reference: Float[np.ndarray, "robots times 3"]
+    estimate: Float[np.ndarray, "robots times 3"]
+    bytes_sent: int
+    layout: Layout
+
+    @classmethod
+    def of(cls, env: RendezvousVectorEnv, k: int) -> "End":
+        """As world ``k`` stands."""
+        world, (truth, belief) = _together(env)
+        true, believed = (world.rows.by_world(x)[k].copy() for x in (truth.poses, belief.paths.estimate))
+        return cls(true, believed, int(belief.team.bytes_sent[k]), world.layouts[k])
+
+
+def _together(env: RendezvousVectorEnv) -> tuple[World, Tick]:
+    """All worlds as one: they began together."""
+    (cohort,) = env.cohorts
+    return cohort.episode.world, cohort.episode.tick
 
 
 class Recording:
@@ -51,13 +79,11 @@ class Recording:
     Attributes:
         n_done: Iterations of each world.
         coverage: Share of cells that each team saw.
-        ends: State of each world that is over, when it ended.
     """
 
     def __init__(self, n_worlds: int, n_steps: int) -> None:
         """Begin, with room for so many iterations."""
         self.n_done, self.coverage = np.zeros(n_worlds, dtype=np.int64), np.zeros(n_worlds)
-        self.ends: dict[int, Tick] = {}
         self._n_steps, self._t = n_steps, 0
         self._columns: dict[str, np.ndarray] = {}
         self._met: list[Float[np.ndarray, "meetings 4"]] = []

@@ -102,7 +102,12 @@ def _save(path: Path, result: Arrays) -> None:
 def _played(scenario: Scenario, seeds: Sequence[int]) -> list[Tick]:
     """The ends of episodes of active rendezvous."""
     env = vector_env(scenario, n_worlds=len(seeds))
-    ends = play(env, make_policy("active", scenario), seeds).ends
+    ends: dict[int, Tick] = {}
+
+    def keep_end(world: int) -> None:
+        ends[world] = env.tick_of(world)
+
+    play(env, make_policy("active", scenario), seeds, at_end=keep_end)
     return [ends[k] for k in range(len(seeds))]
 
 
