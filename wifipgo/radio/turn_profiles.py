@@ -25,7 +25,7 @@ Antennas = tuple[Sequence[float], ...]
 
 
 # Links looked at in one go: their CSI stays in the cache.
-_BLOCK = 32
+_BLOCK = 64
 
 
 def _towards(links: Links, receiver: np.ndarray, sender: np.ndarray) -> Paths:
@@ -141,7 +141,8 @@ def listen(
     heading_rad = true_headings(yaw_rad[receiver, None] + schedule.relative_rad[None], cfg, rng=rng)
     paths, n_antennas = _towards(links, receiver, sender), len(radio.antennas_m) or 2
     n_subcarriers = len(band_of(radio.bandwidth_hz).subcarriers)
-    drawn = draw_reception((len(receiver), n_antennas, turn.n_positions, n_subcarriers), cfg, rng=rng)
+    shape = (len(receiver), n_antennas, turn.n_positions, n_subcarriers)
+    drawn = draw_reception(shape, cfg, rng=rng, skip_common_phase=True)
     linked = links.rate_mbit_s[receiver, sender % links.rate_mbit_s.shape[1]] > 0.0
     chain_rad = None if standing is None or cfg.chain_phase_rad == 0.0 else standing.chain_rad[receiver]
     out = np.empty((len(receiver), turn.n_azimuths), dtype=np.float32)
@@ -154,7 +155,6 @@ def listen(
             snr_scale=radio.snr_scale,
             chain_rad=None if chain_rad is None else chain_rad[block],
             bandwidth_hz=radio.bandwidth_hz,
-            skip_common_phase=True,
         )
         arrived = _arrived(received, linked[block], cfg)
         received[arrived < least_packets(turn)] = 0.0

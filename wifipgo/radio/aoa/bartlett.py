@@ -117,7 +117,7 @@ def _mirrored(
         ahead += behind
         np.subtract(ahead, twice, out=behind)
         ahead += twice
-        share *= _scale(np.vecdot(xy, xy).sum(axis=1)[: len(block)], n_positions)
+        share *= _scale(np.vecdot(block, block).real, n_positions)
     return np.maximum(out, 0.0, out=out)
 
 

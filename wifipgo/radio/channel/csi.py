@@ -142,16 +142,15 @@ def pair_csi(
     n_links, n_paths = paths.gain.shape
     per_path = _subcarriers_by_path(paths, bandwidth_hz)
     turned = per_path * np.complex64(1j)
-    azimuth, heading = phasors_of(paths.azimuth_rx_rad), phasors_of(heading_rad)
-    angle_rad = azimuth.real[:, :, None] * heading.real[:, None]  # first the cosine of the difference
-    angle_rad += azimuth.imag[:, :, None] * heading.imag[:, None]
+    away_rad = (paths.azimuth_rx_rad[:, :, None] - heading_rad[:, None]).astype(np.float32)
+    angle_rad = np.cos(away_rad, out=away_rad)
     angle_rad *= half_turns
     # exp(+-j angle) = cos +- j sin: both antennas share two products that are real on one side.
-    waves = np.zeros((2, n_links, per_path.shape[1], heading.shape[1]), dtype=np.float32)
+    waves = np.zeros((2, n_links, per_path.shape[1], heading_rad.shape[1]), dtype=np.float32)
     np.cos(angle_rad, out=waves[0, :, :n_paths])
     np.sin(angle_rad, out=waves[1, :, :n_paths])
-    even = waves[0].swapaxes(1, 2) @ per_path.view(np.float32)
-    odd = waves[1].swapaxes(1, 2) @ turned.view(np.float32)
+    even = np.matmul(waves[0].swapaxes(1, 2), per_path.view(np.float32))
+    odd = np.matmul(waves[1].swapaxes(1, 2), turned.view(np.float32))
     out = np.empty((n_links, 2, *even.shape[1:]), dtype=np.float32)
     np.add(even, odd, out=out[:, 0])
     np.subtract(even, odd, out=out[:, 1])

@@ -108,8 +108,8 @@ class _Places(NamedTuple):
     @classmethod
     def of(cls, snr: Float[np.ndarray, "subcarriers links"]) -> "_Places":
         """Look SNRs up."""
-        within = np.empty(snr.shape, dtype=np.float32)
-        np.clip(snr, _LEAST_SNR, _MOST_SNR, out=within, casting="same_kind")
+        within = np.maximum(snr, _LEAST_SNR, order="C", dtype=np.float32, casting="same_kind")
+        np.minimum(within, _MOST_SNR, out=within)
         piece = np.right_shift(within.view(np.int32), _DIGITS, dtype=np.intp)
         piece -= _FIRST_PIECE
         return cls(within, piece)

@@ -115,12 +115,19 @@ class Reception(NamedTuple):
         return Reception(*(None if column is None else column[chosen] for column in self))
 
 
-def draw_reception(shape: tuple[int, int, int, int], cfg: ImpairmentConfig, *, rng: Chance) -> Reception:
-    """Draw for CSI of a shape (links, antennas, positions, subcarriers)."""
+def draw_reception(
+    shape: tuple[int, ...], cfg: ImpairmentConfig, *, rng: Chance, skip_common_phase: bool = False
+) -> Reception:
+    """Draw for CSI of a shape (links, antennas, positions, subcarriers).
+
+    With ``skip_common_phase`` the caller only compares antennas of one packet and subcarrier, so that what
+    the oscillator and the timing do to both cancels: it is not drawn where nothing else looks at I and Q.
+    """
     noise = oscillator = arrives = None
     if cfg.noise_floor:
         noise = rng.integers(len(_windows(shape, 1.0)), size=shape[0])
-    if cfg.common_phase or cfg.timing_jitter_s > 0.0:
+    turned = cfg.common_phase or cfg.timing_jitter_s > 0.0
+    if turned and (not skip_common_phase or cfg.agc or cfg.int8):
         oscillator = rng.integers(_OSCILLATOR_TABLE_SIZE, size=(shape[0], shape[2]))
     if cfg.packet_loss > 0.0:
         arrives = rng.random((shape[0], shape[2]), dtype=np.float32) >= cfg.packet_loss
@@ -164,13 +171,8 @@ def receive(
     snr_scale: float,
     chain_rad: Float[np.ndarray, "links antennas"] | None = None,
     bandwidth_hz: float = 20e6,
-    skip_common_phase: bool = False,
 ) -> Complex[np.ndarray, "links antennas positions subcarriers"]:
-    """`received_csi` by chance that was drawn before.
-
-    With ``skip_common_phase`` the caller only compares antennas of one packet and subcarrier, so that what
-    the oscillator and the timing do to both cancels: it is not put on.
-    """
+    """`received_csi` by chance that was drawn before."""
     if chain_rad is not None:
         channel = channel * np.exp(1j * chain_rad).astype(np.complex64)[:, :, None, None]
     if drawn.noise is None:
@@ -180,7 +182,7 @@ def receive(
             channel.shape
         )
         received += channel
-    if drawn.oscillator is not None and (not skip_common_phase or cfg.agc or cfg.int8):  # look at I and Q
+    if drawn.oscillator is not None:
         table = _oscillator_table(cfg.common_phase, cfg.timing_jitter_s, bandwidth_hz)
         received *= table.take(drawn.oscillator, axis=0)[:, None]
     if drawn.arrives is not None:

@@ -8,6 +8,7 @@ In the working arrays the first axis is the end of the link (0 transmitter, 1 re
 second the coordinate; links or rays come last, which is what makes them fast.
 """
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -92,20 +93,32 @@ def single_bounces(ends: Ends, scenes: Scenes, *, reflect: bool) -> Rays:
     weighted = tx_along * rx_up + rx_along * tx_up  # position of the hit, times both_up_m
     length_m = scenes.by_world(scenes.length_m[:n_lines], ends.tx.world)
     exists = (weighted >= 0.0) & (weighted < length_m * both_up_m) & (np.minimum(tx_up, rx_up) > 0.0)
-    square_m2 = ends.gap_m[0] ** 2 + ends.gap_m[1] ** 2
-    n_links, n_each = ends.n_links, np.count_nonzero(exists, axis=1)
-    face, link = np.repeat(np.arange(n_lines), n_each), np.arange(n_links)
+    square_m2, n_links = ends.gap_m[0] ** 2 + ends.gap_m[1] ** 2, ends.n_links
     if exists.all():
-        link, square_m2 = np.tile(link, n_lines), np.tile(square_m2, n_lines)
-        product_m2, both_up_m = (tx_up * rx_up).ravel(), both_up_m.ravel()
+        link, face = every_ray(n_lines, n_links)
+        longer_m2 = tx_up * rx_up
+        longer_m2[0] = 0.0
+        longer_m2 *= 4.0
+        longer_m2 += square_m2
+        path_m, both_up_m = np.sqrt(longer_m2).ravel(), both_up_m.ravel()
     else:
-        place = np.flatnonzero(exists)
-        link = place - face * n_links
-        square_m2, both_up_m = square_m2.take(link), both_up_m.ravel().take(place)
-        product_m2 = tx_up.ravel().take(place) * rx_up.ravel().take(place)
-    square_m2[n_links:] += 4.0 * product_m2[n_links:]
-    path_m = np.sqrt(square_m2)
+        face, place = np.repeat(np.arange(n_lines), np.count_nonzero(exists, axis=1)), np.flatnonzero(exists)
+        link, both_up_m = place - face * n_links, both_up_m.ravel().take(place)
+        longer_m2 = tx_up.ravel().take(place) * rx_up.ravel().take(place)
+        longer_m2[:n_links] = 0.0
+        longer_m2 *= 4.0
+        longer_m2 += square_m2.take(link)
+        path_m = np.sqrt(longer_m2)
     return Rays(link, face[None], (both_up_m / path_m)[None], path_m)
+
+
+@functools.lru_cache(maxsize=16)
+def every_ray(n_lines: int, n_links: int) -> tuple[Int[np.ndarray, " rays"], Int[np.ndarray, " rays"]]:
+    """Link and line of each ray where every line reflects every link."""
+    link, face = np.tile(np.arange(n_links), n_lines), np.repeat(np.arange(n_lines), n_links)
+    for array in (link, face):
+        array.setflags(write=False)
+    return link, face
 
 
 def double_bounces(ends: Ends, scenes: Scenes) -> Rays:

@@ -12,7 +12,14 @@ from jaxtyping import Complex, Float, Int
 
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import require
-from wifipgo.radio.propagation.image_method import Ends, Rays, course_of, double_bounces, single_bounces
+from wifipgo.radio.propagation.image_method import (
+    Ends,
+    Rays,
+    course_of,
+    double_bounces,
+    every_ray,
+    single_bounces,
+)
 from wifipgo.radio.propagation.link_ends import check_apart, checked_points
 from wifipgo.radio.propagation.materials import (
     CARRIER_LIMITS_HZ,
@@ -77,18 +84,21 @@ class Medium(NamedTuple):
 
 
 class Traced(NamedTuple):
-    """Rays that something is left of, with their gains: those of up to one bounce, then those of two."""
+    """Rays that something is left of: those of up to one bounce, then those of two.
 
-    rays: tuple[Rays, ...]
-    gains: tuple[Complex[np.ndarray, " _"], ...]
+    Attributes:
+        ends: Both ends of the links.
+        rays: The rays.
+        gains: Their gains.
+        numbers: Number of each ray among those of its link.
+        n_paths: Most rays of a link, at least one.
+    """
+
     ends: Ends
-
-    def places(self) -> tuple[int, list[Int[np.ndarray, " _"]]]:
-        """Most rays of a link, at least one, and the number of each ray among those of its link."""
-        link, n_links = np.concatenate([rays.link for rays in self.rays]), self.ends.n_links
-        n_most, number = _numbered(link, n_links)
-        ends = np.cumsum([len(rays.link) for rays in self.rays])
-        return n_most, np.split(number, ends[:-1])
+    rays: list[Rays]
+    gains: list[Complex[np.ndarray, " _"]]
+    numbers: list[Int[np.ndarray, " _"]]
+    n_paths: int
 
 
 @harmless_underflow
@@ -149,11 +159,14 @@ def reverse(paths: Paths) -> Paths:
 
 def traced(ends: Ends, medium: Medium) -> Traced:
     """Rays of links between points that were checked."""
-    found = [single_bounces(ends, medium.scenes, reflect=medium.max_order > 0)]
-    if medium.max_order == 2:
-        found.append(double_bounces(ends, medium.scenes))
-    left = [_gained(rays, ends, medium) for rays in found]
-    return Traced(tuple(rays for rays, _ in left), tuple(gains for _, gains in left), ends)
+    rays, gains = _gained(single_bounces(ends, medium.scenes, reflect=medium.max_order > 0), ends, medium)
+    if medium.max_order < 2:
+        n_paths, number = _numbered(rays.link, ends.n_links)
+        return Traced(ends, [rays], [gains], [number], n_paths)
+    more_rays, more_gains = _gained(double_bounces(ends, medium.scenes), ends, medium)
+    n_paths, number = _numbered(np.concatenate([rays.link, more_rays.link]), ends.n_links)
+    numbers = [number[: len(rays.link)], number[len(rays.link) :]]
+    return Traced(ends, [rays, more_rays], [gains, more_gains], numbers, n_paths)
 
 
 def _gained(rays: Rays, ends: Ends, medium: Medium) -> tuple[Rays, Complex[np.ndarray, " _"]]:
@@ -174,8 +187,10 @@ def _gained(rays: Rays, ends: Ends, medium: Medium) -> tuple[Rays, Complex[np.nd
 
 def _there(rays: Rays, gains: Complex[np.ndarray, " _"]) -> tuple[Rays, Complex[np.ndarray, " _"]]:
     """Rays that something is left of: nearly always all, which need no copy."""
+    if gains.all():
+        return rays, gains
     some = gains.nonzero()[0]
-    return (rays, gains) if len(some) == len(gains) else (rays.only(some), gains.take(some))
+    return rays.only(some), gains.take(some)
 
 
 def _unobstructed(rays: Rays, ends: Ends, medium: Medium) -> Complex[np.ndarray, " rays"]:
@@ -199,21 +214,27 @@ def _spreading(wavelengths: Float[np.ndarray, " rays"]) -> Complex[np.ndarray, "
 
 def _numbered(link: Int[np.ndarray, " rays"], n_links: int) -> tuple[int, Int[np.ndarray, " rays"]]:
     """Most rays of a link, at least one, and the number of each ray among those of its link."""
-    n_each = len(link) // max(1, n_links)
-    if n_each * n_links == len(link) and (link.reshape(n_each, n_links) == np.arange(n_links)).all():
-        return max(1, n_each), np.repeat(np.arange(n_each), n_links)
+    if _is_dense(link, n_links):
+        n_each = len(link) // n_links
+        return n_each, every_ray(n_each, n_links)[1]
     count, number = np.bincount(link, minlength=n_links), np.empty(len(link), dtype=np.int64)
     order = np.argsort(link, kind="stable")
     number[order] = np.arange(len(link)) - np.repeat(count.cumsum() - count, count)
     return max(1, int(count.max(initial=0))), number
 
 
+def _is_dense(link: Int[np.ndarray, " rays"], n_links: int) -> bool:
+    """Whether every link has as many rays, in order: known of the list that says so."""
+    return n_links > 0 and link is every_ray(len(link) // n_links, n_links)[0]
+
+
 def columns_of(found: Traced) -> tuple[Complex[np.ndarray, "paths links"], Float[np.ndarray, "paths links"]]:
     """Gain and length, m, of the rays of each link, padded with zeros: all that a channel needs."""
-    n_paths, numbers = found.places()
-    shape = (n_paths, found.ends.n_links)
+    shape = (found.n_paths, found.ends.n_links)
+    if len(found.rays) == 1 and _is_dense(found.rays[0].link, shape[1]):
+        return found.gains[0].reshape(shape), found.rays[0].length_m.reshape(shape)
     gain, length_m = np.zeros(shape, dtype=complex), np.zeros(shape)
-    for rays, gains, number in zip(found.rays, found.gains, numbers, strict=True):
+    for rays, gains, number in zip(found.rays, found.gains, found.numbers, strict=True):
         place = number * shape[1] + rays.link
         gain.reshape(-1)[place], length_m.reshape(-1)[place] = gains, rays.length_m
     return gain, length_m
@@ -221,12 +242,11 @@ def columns_of(found: Traced) -> tuple[Complex[np.ndarray, "paths links"], Float
 
 def paths_of(found: Traced, medium: Medium) -> Paths:
     """Rays as rows of equal length, with the directions in which they leave and arrive."""
-    n_paths, numbers = found.places()
-    shape = (found.ends.n_links, n_paths)
-    size = shape[0] * n_paths
+    n_paths, n_links = found.n_paths, found.ends.n_links
+    size = n_links * n_paths
     gain, delay_s, order = np.zeros(size, dtype=complex), np.zeros(size), np.full(size, -1)
     azimuth_rad = np.zeros((2, size))
-    for rays, gains, number in zip(found.rays, found.gains, numbers, strict=True):
+    for rays, gains, number in zip(found.rays, found.gains, found.numbers, strict=True):
         place = rays.link * n_paths + number
         gain[place] = gains
         delay_s[place] = rays.length_m / SPEED_OF_LIGHT_M_S
@@ -235,4 +255,4 @@ def paths_of(found: Traced, medium: Medium) -> Paths:
         for azimuth, (x_m, y_m) in zip(azimuth_rad, legs_m[:: len(rays.face)], strict=True):
             azimuth[place] = np.arctan2(y_m + 0.0, x_m)  # -0.0 would give -pi
     columns = (gain, delay_s, azimuth_rad[1], azimuth_rad[0], order)
-    return Paths(*(column.reshape(shape) for column in columns))
+    return Paths(*(column.reshape(n_links, n_paths) for column in columns))
