@@ -141,20 +141,21 @@ def pair_csi(
     half_turns = np.float32(np.pi * antenna_gap_m / wavelength_m)
     n_links, n_paths = paths.gain.shape
     per_path = _subcarriers_by_path(paths, bandwidth_hz)
-    turned = per_path * np.complex64(1j)
     away_rad = (paths.azimuth_rx_rad[:, :, None] - heading_rad[:, None]).astype(np.float32)
     angle_rad = np.cos(away_rad, out=away_rad)
     angle_rad *= half_turns
-    # exp(+-j angle) = cos +- j sin: both antennas share two products that are real on one side.
-    waves = np.zeros((2, n_links, per_path.shape[1], heading_rad.shape[1]), dtype=np.float32)
-    np.cos(angle_rad, out=waves[0, :, :n_paths])
-    np.sin(angle_rad, out=waves[1, :, :n_paths])
-    even = np.matmul(waves[0].swapaxes(1, 2), per_path.view(np.float32))
-    odd = np.matmul(waves[1].swapaxes(1, 2), turned.view(np.float32))
-    out = np.empty((n_links, 2, *even.shape[1:]), dtype=np.float32)
-    np.add(even, odd, out=out[:, 0])
-    np.subtract(even, odd, out=out[:, 1])
-    return out.view(np.complex64)
+    # exp(+-j angle) = cos +- j sin, so both antennas are real products: of cosines with what arrives on each
+    # path, and of sines with that turned by j.
+    n_most, n_positions = per_path.shape[1], heading_rad.shape[1]
+    waves = np.zeros((n_links, 2, n_most, 2, n_positions), dtype=np.float32)
+    cosine, sine = waves[:, 0, :n_paths], waves[:, 1, :n_paths]
+    np.cos(angle_rad, out=cosine[:, :, 0])
+    np.sin(angle_rad, out=sine[:, :, 0])
+    cosine[:, :, 1] = cosine[:, :, 0]
+    np.negative(sine[:, :, 0], out=sine[:, :, 1])
+    arriving = np.concatenate([per_path, per_path * np.complex64(1j)], axis=1).view(np.float32)
+    found = np.matmul(waves.reshape(n_links, 2 * n_most, 2 * n_positions).swapaxes(1, 2), arriving)
+    return found.view(np.complex64).reshape(n_links, 2, n_positions, per_path.shape[2])
 
 
 def _subcarriers_by_path(

@@ -53,7 +53,12 @@ def white_noise(shape: tuple[int, ...], *, amplitude: float = 1.0, rng: Chance) 
         ValueError: If a block is larger than the table.
     """
     windows = _windows(shape, amplitude)
-    return windows[rng.integers(len(windows), size=shape[0])].reshape(shape)
+    return windows[_offsets(len(windows), shape[0], rng)].reshape(shape)
+
+
+def _offsets(n_windows: int, n_links: int, rng: Chance) -> Int[np.ndarray, " links"]:
+    """A block for each link; by a draw that costs a tenth of one of whole numbers."""
+    return (rng.random(n_links) * n_windows).astype(np.int64)
 
 
 def _windows(shape: tuple[int, ...], amplitude: float) -> Complex[np.ndarray, "windows size"]:
@@ -125,7 +130,7 @@ def draw_reception(
     """
     noise = oscillator = arrives = None
     if cfg.noise_floor:
-        noise = rng.integers(len(_windows(shape, 1.0)), size=shape[0])
+        noise = _offsets(len(_windows(shape, 1.0)), shape[0], rng)
     turned = cfg.common_phase or cfg.timing_jitter_s > 0.0
     if turned and (not skip_common_phase or cfg.agc or cfg.int8):
         oscillator = rng.integers(_OSCILLATOR_TABLE_SIZE, size=(shape[0], shape[2]))
