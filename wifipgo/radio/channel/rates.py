@@ -31,17 +31,21 @@ _SNR = np.append(_KNOTS[:-1].view(np.float32).astype(float), _MOST_SNR)
 _LOG_BER = np.log(_BER_SCALE)[:, None] + log_ndtr(-np.sqrt(2.0 * _SNR / _SNR_SPREAD[:, None]))
 _RISE = np.diff(_LOG_BER) / np.diff(_SNR)
 _BELOW = _LOG_BER[:, :-1] - _RISE * _SNR[:-1]
-_RISES, _BELOWS = (np.append(table, table[:, -1:], axis=1).astype(np.float32) for table in (_RISE, _BELOW))
+_RISES, _BELOWS = (  # looked up by all leading digits: what comes before the first piece is never asked for
+    np.concatenate([np.zeros((4, _FIRST_PIECE)), table, table[:, -1:]], axis=1).astype(np.float32)
+    for table in (_RISE, _BELOW)
+)
 # The way back: the piece by the logarithm of how far a log error rate is below that without any signal.
-_LOG_BER_AT_0 = np.log(0.5 * _BER_SCALE)
+_LOG_BER_AT_0 = np.log(0.5 * _BER_SCALE).astype(np.float32)
 _STEP, _LOWEST = 1.0 / 256.0, -8.0
 _DEPTHS = _LOWEST + _STEP * (np.arange(round((15.0 - _LOWEST) / _STEP)) + 0.5)
 _PIECE_AT = np.stack(
     [
-        np.searchsorted(at_0 - log_ber[1:-1], np.exp(_DEPTHS)).astype(np.intp)
-        for at_0, log_ber in zip(_LOG_BER_AT_0, _LOG_BER, strict=True)
+        _FIRST_PIECE + np.searchsorted(at_0 - log_ber[1:-1], np.exp(_DEPTHS)).astype(np.intp)
+        for at_0, log_ber in zip(np.log(0.5 * _BER_SCALE), _LOG_BER, strict=True)
     ]
 )
+_DB = np.float32(10.0 / np.log(10.0))  # of a natural logarithm
 
 _LEAST_ESNR_DB = -30.0
 _SLACK_DB = 0.01  # far more than the tables err
@@ -110,12 +114,10 @@ class _Places(NamedTuple):
         """Look SNRs up."""
         within = np.maximum(snr, _LEAST_SNR, order="C", dtype=np.float32, casting="same_kind")
         np.minimum(within, _MOST_SNR, out=within)
-        piece = np.right_shift(within.view(np.int32), _DIGITS, dtype=np.intp)
-        piece -= _FIRST_PIECE
-        return cls(within, piece)
+        return cls(within, np.right_shift(within.view(np.int32), _DIGITS, dtype=np.intp))
 
 
-def _flat_snr_db(places: _Places, modulation: int) -> Float[np.ndarray, " links"]:
+def _flat_snr_db(places: _Places, modulation: int) -> Float32[np.ndarray, " links"]:
     """SNR of the flat channel with the same mean error rate, dB."""
     log_ber = _RISES[modulation].take(places.piece)
     log_ber *= places.snr
@@ -123,19 +125,29 @@ def _flat_snr_db(places: _Places, modulation: int) -> Float[np.ndarray, " links"
     highest = np.maximum.reduce(log_ber)
     log_ber -= highest
     np.exp(log_ber, out=log_ber)
-    # One after the other, which adds up to the same bits for any number of links.
-    total = np.add.accumulate(log_ber, out=log_ber)[-1]
-    highest += np.log(total * np.float32(1.0 / len(log_ber)))
-    return _snr_db(highest.astype(float), modulation)
+    highest += np.log(_added(log_ber) * np.float32(1.0 / len(log_ber)))
+    return _snr_db(highest, modulation)
 
 
-def _snr_db(log_ber: Float[np.ndarray, " links"], modulation: int) -> Float[np.ndarray, " links"]:
+def _added(terms: Float32[np.ndarray, "subcarriers links"]) -> Float32[np.ndarray, " links"]:
+    """Sum over subcarriers, one after the other: the same bits for any number of links."""
+    if terms.shape[1] > 1:
+        return np.add.reduce(terms)
+    return np.add.accumulate(terms)[-1]
+
+
+def _snr_db(log_ber: Float32[np.ndarray, " links"], modulation: int) -> Float32[np.ndarray, " links"]:
     """SNR of a flat channel with these log error rates, dB, by the same pieces."""
-    depth = np.maximum(_LOG_BER_AT_0[modulation] - log_ber, 1e-9)
-    at = ((np.log(depth) - _LOWEST) * (1.0 / _STEP)).astype(np.intp)
-    piece = _PIECE_AT[modulation].take(at, mode="clip")
-    snr = (log_ber - _BELOW[modulation].take(piece)) / _RISE[modulation].take(piece)
-    return 10.0 * np.log10(np.maximum(snr, 10.0 ** (0.1 * _LEAST_ESNR_DB)))
+    depth = np.maximum(_LOG_BER_AT_0[modulation] - log_ber, np.float32(1e-7))
+    at = np.log(depth)
+    at -= np.float32(_LOWEST)
+    at *= np.float32(1.0 / _STEP)
+    piece = _PIECE_AT[modulation].take(at.astype(np.intp), mode="clip")
+    snr = log_ber - _BELOWS[modulation].take(piece)
+    snr /= _RISES[modulation].take(piece)
+    flat_db = np.log(np.maximum(snr, np.float32(10.0 ** (0.1 * _LEAST_ESNR_DB))))
+    flat_db *= _DB
+    return flat_db
 
 
 @harmless_underflow
@@ -162,24 +174,28 @@ def carried(
     snr: Float[np.ndarray, "subcarriers links"], *, bandwidth_hz: float
 ) -> tuple[Float[np.ndarray, " links"], Float[np.ndarray, " links"]]:
     """`rate_and_esnr` with links last."""
-    places, rates = _Places.of(snr), band_of(bandwidth_hz).rates_mbit_s
-    shown_db, n_links = _flat_snr_db(places, _FASTEST), snr.shape[1]
-    rate, waits = np.zeros(n_links), np.ones(n_links, dtype=bool)
+    places, n_links = _Places.of(snr), snr.shape[1]
+    shown_db = _flat_snr_db(places, _FASTEST)
+    best, waits = np.zeros(n_links, dtype=np.intp), np.ones(n_links, dtype=bool)
     for modulation, (needs_db, first) in reversed(_MCS_OF.items()):
-        able = (waits & (shown_db >= needs_db[0] - _SLACK_DB)).nonzero()[0]
-        if not len(able):
+        able = waits & (shown_db >= needs_db[0] - _SLACK_DB)
+        n_able = np.count_nonzero(able)
+        if not n_able:
             continue
+        few = 2 * n_able < n_links  # of many, to choose costs more than to work out all
+        which = able.nonzero()[0] if few else slice(None)
         if modulation == _FASTEST:
-            esnr = shown_db.take(able)
+            esnr = shown_db[which]
         else:
-            some = places if len(able) == n_links else places.only(able)
-            esnr = _flat_snr_db(some, modulation)
+            esnr = _flat_snr_db(places.only(which) if few else places, modulation)
         n_passed = needs_db.searchsorted(esnr, side="right")
-        rate[able] = rates.take(first - 1 + n_passed, mode="clip") * (n_passed > 0)
-        waits[able] = n_passed == 0
+        n_passed = n_passed if few else n_passed * able
+        best[which] = np.maximum(best[which], (first + n_passed) * (n_passed > 0))
+        waits &= best == 0
         if not waits.any():
             break
-    return rate, shown_db
+    rates = np.append(0.0, band_of(bandwidth_hz).rates_mbit_s)
+    return rates.take(best), shown_db.astype(float)
 
 
 def rate_mbit_s(
