@@ -76,7 +76,7 @@ def probe_links(
     rows, scenes = rows or Rows(1, len(p_m)), scenes_of(surfaces)
     require(len(rows) == len(p_m), "rows", f"those of {len(p_m)} robots", rows)
     pairs, row = all_pairs(rows)
-    medium = Medium(scenes, cfg.carrier_hz, cfg.max_order, cfg.penetration)
+    medium = Medium(scenes, cfg.carrier_hz, cfg.max_order, cfg.penetration, single=True)
     diffuse = None if standing is None else standing.diffuse
     traced = TracedPairs.between(p_m, pairs, rows=rows, medium=medium, diffuse=diffuse)
     rate, esnr_db = np.empty((2, len(pairs.low)))
@@ -91,8 +91,7 @@ def probe_links(
 def _carried(pairs: TracedPairs, block: slice, cfg: RadioConfig) -> tuple[np.ndarray, np.ndarray]:
     """Rate and effective SNR of some pairs."""
     gain, delay_s = pairs.columns(block)
-    channel = combed_channel(gain, delay_s, bandwidth_hz=cfg.bandwidth_hz)
-    snr = np.square(channel.real)
-    snr += np.square(channel.imag)
-    snr *= np.float32(cfg.snr_scale)
-    return rates.carried(snr, bandwidth_hz=cfg.bandwidth_hz)
+    amplitude = gain * np.float32(np.sqrt(cfg.snr_scale))
+    parts = combed_channel(amplitude, delay_s, bandwidth_hz=cfg.bandwidth_hz).view(np.float32)
+    np.square(parts, out=parts)
+    return rates.carried(parts[:, ::2] + parts[:, 1::2], bandwidth_hz=cfg.bandwidth_hz)

@@ -183,13 +183,12 @@ def carried(
         if not n_able:
             continue
         few = 2 * n_able < n_links  # of many, to choose costs more than to work out all
-        which = able.nonzero()[0] if few else slice(None)
+        which = able.nonzero()[0] if few else np.arange(n_links)
         if modulation == _FASTEST:
             esnr = shown_db[which]
         else:
             esnr = _flat_snr_db(places.only(which) if few else places, modulation)
-        n_passed = needs_db.searchsorted(esnr, side="right")
-        n_passed = n_passed if few else n_passed * able
+        n_passed = needs_db.searchsorted(esnr, side="right") * able[which]
         best[which] = np.maximum(best[which], (first + n_passed) * (n_passed > 0))
         waits &= best == 0
         if not waits.any():

@@ -12,7 +12,7 @@ from wifipgo.radio.channel.bands import BANDS, SUBCARRIER_SPACING_HZ, band_of
 from wifipgo.radio.propagation.paths import Paths
 
 
-def _phasors(angle_rad: Float32[np.ndarray, "*shape"]) -> Complex64[np.ndarray, "*shape"]:
+def phasors(angle_rad: Float32[np.ndarray, "*shape"]) -> Complex64[np.ndarray, "*shape"]:
     """exp(j angle) in single precision, ten times faster than the complex exponential."""
     out = np.empty(angle_rad.shape, dtype=np.complex64)
     np.cos(angle_rad, out=out.real)
@@ -27,7 +27,7 @@ def subcarrier_phasors(
     """Phase that each path's delay adds at each reported subcarrier, relative to the carrier."""
     turns = within_a_turn(-SUBCARRIER_SPACING_HZ * delay_s)
     each_rad = np.multiply(2.0 * np.pi, turns, dtype=np.float32, casting="same_kind")
-    return _phasors(each_rad[..., None] * _subcarriers_f32(bandwidth_hz))
+    return phasors(each_rad[..., None] * _subcarriers_f32(bandwidth_hz))
 
 
 def within_a_turn(turns: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
@@ -58,7 +58,7 @@ def combed_channel(
 ) -> Complex64[np.ndarray, "subcarriers links"]:
     """The same with links last and the subcarriers in another order, which no mean over them minds.
 
-    Between subcarriers as far apart a path turns by the same factor, so most are products of others: twice as
+    Between subcarriers as far apart a path turns by the same factor, so all are products of others: twice as
     many with each multiplication, which costs a fraction of as many sines and errs by a few roundings. Paths
     are added one by one, so that a link has the same channel, to the bit, in any company.
     """
@@ -66,40 +66,60 @@ def combed_channel(
     if n_links == 1:  # numpy multiplies complex numbers by one with another rounding than by several
         twice = combed_channel(gain.repeat(2, axis=1), delay_s.repeat(2, axis=1), bandwidth_hz=bandwidth_hz)
         return twice[:, :1]
-    turns = comb.indices[:, None, None] * (-SUBCARRIER_SPACING_HZ * delay_s)
-    phasors = _phasors((2.0 * np.pi * within_a_turn(turns)).astype(np.float32))
-    *firsts, power = phasors[len(comb.rest) :]
-    narrow = gain.astype(np.complex64)
-    each = np.empty((n_paths, len(firsts), comb.length, n_links), dtype=np.complex64)
-    for run, first in enumerate(firsts):
-        np.multiply(first, narrow, out=each[:, run, 0])
+    turns = within_a_turn((-SUBCARRIER_SPACING_HZ * comb.unit) * delay_s)
+    powers = _Powers(phasors((2.0 * np.pi * turns).astype(np.float32)))
+    narrow = gain.astype(np.complex64, copy=False)
+    each = np.empty((n_paths, len(comb.firsts), comb.length, n_links), dtype=np.complex64)
+    rows, runs = each.reshape(n_paths, -1, n_links), each[:, :, 0]
+    for run, first in enumerate(comb.firsts):
+        np.multiply(powers.of(first), narrow, out=runs[:, run])
     done = 1
     while done < comb.length:
-        more = min(done, comb.length - done)
-        np.multiply(each[:, :, :more], power[:, None, None], out=each[:, :, done : done + more])
-        power, done = power * power if done + more < comb.length else power, done + more
-    rows = each.reshape(n_paths, -1, n_links)
-    for row, phasor in zip(comb.rest, phasors, strict=False):
-        np.multiply(phasor, narrow, out=rows[:, row])
+        more, apart = min(done, comb.length - done), powers.of(comb.apart * done)[:, None, None]
+        np.multiply(each[:, :, :more], apart, out=each[:, :, done : done + more])
+        done += more
+    for row, alone in comb.rest:
+        np.multiply(powers.of(alone), narrow, out=rows[:, row])
     total: np.ndarray = rows[0]
     for more_of_it in rows[1:]:
         total += more_of_it
     return total
 
 
+class _Powers:
+    """Whole powers of phasors, of which the squares are kept."""
+
+    def __init__(self, base: Complex64[np.ndarray, "paths links"]) -> None:
+        """Start from the first power."""
+        self._squares = [base]
+
+    def of(self, exponent: int) -> Complex64[np.ndarray, "paths links"]:
+        """A power that is not 0, by its binary digits."""
+        require(exponent != 0, "exponent", "not 0", exponent)
+        digits = [digit for digit in range(abs(exponent).bit_length()) if abs(exponent) >> digit & 1]
+        while digits[-1] >= len(self._squares):
+            self._squares.append(self._squares[-1] * self._squares[-1])
+        found: np.ndarray = functools.reduce(np.multiply, (self._squares[digit] for digit in digits))
+        return found.conj() if exponent < 0 else found
+
+
 class _Comb(NamedTuple):
-    """Reported subcarriers as runs of one length that are equally far apart.
+    """Reported subcarriers as runs of one length that are equally far apart, all multiples of a unit.
 
     Attributes:
-        indices: Subcarriers that are in no run, the first of each run, and the distance within runs.
+        unit: Largest number of which all subcarriers are multiples; what follows counts in it.
+        firsts: First subcarrier of each run.
+        apart: Distance within runs.
         length: Of each run.
-        rest: Rows of the runs that are no reported subcarrier, and hold those that are in no run.
+        rest: Rows of the runs that are no reported subcarrier, and those that are in no run, which go there.
         place: Row of each reported subcarrier.
     """
 
-    indices: Float[np.ndarray, " _"]
+    unit: int
+    firsts: tuple[int, ...]
+    apart: int
     length: int
-    rest: tuple[int, ...]
+    rest: tuple[tuple[int, int], ...]
     place: Int[np.ndarray, " subcarriers"]
 
 
@@ -107,20 +127,21 @@ class _Comb(NamedTuple):
 def _comb(bandwidth_hz: float) -> _Comb:
     """Runs of a band."""
     subcarriers = band_of(bandwidth_hz).subcarriers
+    unit = int(np.gcd.reduce(subcarriers))
     gaps = np.diff(subcarriers)
-    apart = np.bincount(gaps).argmax()
+    apart = int(np.bincount(gaps).argmax())
     starts = np.append(0, np.flatnonzero(gaps != apart) + 1)
     lengths = np.diff(starts, append=len(subcarriers))
     firsts, alone = subcarriers[starts[lengths > 1]], subcarriers[starts[lengths == 1]]
     rows = (firsts[:, None] + apart * np.arange(lengths.max())).ravel()
-    rest = np.flatnonzero(~np.isin(rows, subcarriers))
-    require(len(rest) == len(alone), "subcarriers", "runs of one length but for single ones", subcarriers)
-    rows[rest] = alone
+    free = np.flatnonzero(~np.isin(rows, subcarriers))
+    require(len(free) == len(alone), "subcarriers", "runs of one length but for single ones", subcarriers)
+    rows[free] = alone
     place = np.argsort(rows)[np.searchsorted(np.sort(rows), subcarriers)]
-    indices = np.concatenate([alone, firsts, [apart]]).astype(float)
-    return _Comb(indices, int(lengths.max()), tuple(rest.tolist()), place)
+    rest = tuple(zip(free.tolist(), (alone // unit).tolist(), strict=True))
+    return _Comb(unit, tuple((firsts // unit).tolist()), apart // unit, int(lengths.max()), rest, place)
 
 
 def phasors_of(angle_rad: Float[np.ndarray, "*shape"]) -> Complex64[np.ndarray, "*shape"]:
     """exp(j angle) of angles in double precision, in single precision."""
-    return _phasors(angle_rad.astype(np.float32))
+    return phasors(angle_rad.astype(np.float32))

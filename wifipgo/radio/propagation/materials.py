@@ -120,6 +120,8 @@ def slab_reflection(
     thickness_m: Float[np.ndarray, "*n"],
     cos_incidence: Float[np.ndarray, "*n"],
     carrier_hz: float,
+    *,
+    single: bool = False,
 ) -> Complex[np.ndarray, "*n"]:
     """Reflection coefficient of a slab in air, TE polarisation (single-layer slab of ITU-R P.2040-3).
 
@@ -131,11 +133,12 @@ def slab_reflection(
         cos_incidence: Cosine of the angle between ray and normal, in (0, 1]; rounding above 1 or
             down to 0 is borne.
         carrier_hz: Frequency.
+        single: Whether single precision will do: phases are still worked out in double.
 
     Returns:
         Amplitude ratio, complex, at most 1 in modulus.
     """
-    r, one_way = _interface(permittivity, thickness_m, cos_incidence, carrier_hz)
+    r, one_way = _interface(permittivity, thickness_m, cos_incidence, carrier_hz, single=single)
     there_and_back, r2 = one_way * one_way, r * r
     inside, lost = r2 * there_and_back, 1.0 - there_and_back
     reflected = r * lost
@@ -148,13 +151,15 @@ def slab_transmission(
     thickness_m: Float[np.ndarray, "*n"],
     cos_incidence: Float[np.ndarray, "*n"],
     carrier_hz: float,
+    *,
+    single: bool = False,
 ) -> Complex[np.ndarray, "*n"]:
     """Transmission coefficient of a slab in air, TE polarisation (single-layer slab of ITU-R P.2040-3).
 
     ``(1 - r^2) exp(-jq) / (1 - r^2 exp(-2jq))``; arguments as in `slab_reflection`. The
     phase ``q`` over the thickness comes on top of that of the straight ray.
     """
-    r, one_way = _interface(permittivity, thickness_m, cos_incidence, carrier_hz)
+    r, one_way = _interface(permittivity, thickness_m, cos_incidence, carrier_hz, single=single)
     r2, there_and_back = r * r, one_way * one_way
     inside, entering = r2 * there_and_back, 1.0 - r2
     through = entering * one_way
@@ -166,19 +171,36 @@ def _interface(
     thickness_m: Float[np.ndarray, "*n"],
     cos_incidence: Float[np.ndarray, "*n"],
     carrier_hz: float,
+    *,
+    single: bool,
 ) -> tuple[Complex[np.ndarray, "*n"], Complex[np.ndarray, "*n"]]:
     """Fresnel coefficient of the front side, and the propagation factor ``exp(-jq)`` across the slab."""
     cos_incidence = np.maximum(cos_incidence, _GRAZING)
     s = _root(permittivity.real - 1.0 + cos_incidence * cos_incidence, permittivity.imag)
     wavenumber = 2.0 * np.pi * carrier_hz / SPEED_OF_LIGHT_M_S
-    phase = (-wavenumber) * thickness_m * s
-    one_way = unit_phasors(phase.real)
-    one_way *= np.exp(-phase.imag)
+    depth = (-wavenumber) * thickness_m
+    phase_rad, gain = depth * s.real, -(depth * s.imag)
+    if single:
+        s, cos_incidence, gain = (
+            s.astype(np.complex64),
+            cos_incidence.astype(np.float32),
+            gain.astype(np.float32),
+        )
+    one_way = unit_phasors(phase_rad, single=single)
+    one_way *= np.exp(gain)
     return (cos_incidence - s) / (cos_incidence + s), one_way
 
 
-def unit_phasors(angle_rad: Float[np.ndarray, "*n"]) -> Complex[np.ndarray, "*n"]:
-    """``exp(j angle)`` by the tangent of half the angle, faster than sine and cosine."""
+def unit_phasors(angle_rad: Float[np.ndarray, "*n"], *, single: bool = False) -> Complex[np.ndarray, "*n"]:
+    """``exp(j angle)``: in double precision by the tangent of half the angle, faster than sine and cosine."""
+    if single:
+        turns = angle_rad * (0.5 / np.pi)
+        turns -= np.rint(turns)
+        turns *= 2.0 * np.pi
+        rest_rad, narrow = turns.astype(np.float32), np.empty(angle_rad.shape, dtype=np.complex64)
+        np.cos(rest_rad, out=narrow.real)
+        np.sin(rest_rad, out=narrow.imag)
+        return narrow
     half = np.tan(0.5 * angle_rad)
     square = half * half
     scale = 1.0 / (1.0 + square)

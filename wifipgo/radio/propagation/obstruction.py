@@ -62,9 +62,10 @@ def transmission(
     world: Int[np.ndarray, " rays"],
     scenes: Scenes,
     carrier_hz: float,
+    single: bool,
 ) -> Complex[np.ndarray, " rays"]:
     """Product of the transmission coefficients of all obstacle faces that each ray crosses."""
-    out = np.ones(across.shape[2], dtype=complex)
+    out = np.ones(across.shape[2], dtype=np.complex64 if single else complex)
     place, ray = np.divmod(np.flatnonzero(across), max(1, across.shape[2]))
     if len(ray):
         leg, face = np.divmod(place, across.shape[1])
@@ -76,6 +77,7 @@ def transmission(
             scenes.thickness_m.ravel().take(at),
             np.abs(x_m * normal_x + y_m * normal_y) / rays.length_m.take(ray),
             carrier_hz,
+            single=single,
         )
         np.multiply.at(out, ray, each)
     return out

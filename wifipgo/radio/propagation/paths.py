@@ -68,12 +68,14 @@ class Medium(NamedTuple):
         carrier_hz: Frequency.
         max_order: Most reflections of a path: 0, 1 or 2.
         penetration: Whether a ray goes on, weaker, through obstacles that it meets.
+        single: Whether gains in single precision will do; lengths and phases are worked out in double.
     """
 
     scenes: Scenes
     carrier_hz: float
     max_order: int
     penetration: bool
+    single: bool = False
 
     def check(self) -> None:
         """Refuse an order or a frequency that is none."""
@@ -177,10 +179,13 @@ def _gained(rays: Rays, ends: Ends, medium: Medium) -> tuple[Rays, Complex[np.nd
     course = course_of(rays, ends, scenes)
     across = crossed(rays, course, ends, scenes)
     if medium.penetration:
+        world = ends.tx.world.take(rays.link)
         through = transmission(
-            across, rays, course, world=ends.tx.world.take(rays.link), scenes=scenes, carrier_hz=carrier_hz
+            across, rays, course, world=world, scenes=scenes, carrier_hz=carrier_hz, single=medium.single
         )
-        return _there(rays, _unobstructed(rays, ends, medium) * through)
+        gain = _unobstructed(rays, ends, medium)
+        gain *= through
+        return _there(rays, gain)
     rays = rays.only(np.flatnonzero(~across.any(axis=(0, 1))))
     return _there(rays, _unobstructed(rays, ends, medium))
 
@@ -195,21 +200,25 @@ def _there(rays: Rays, gains: Complex[np.ndarray, " _"]) -> tuple[Rays, Complex[
 
 def _unobstructed(rays: Rays, ends: Ends, medium: Medium) -> Complex[np.ndarray, " rays"]:
     """Spreading and reflections of each ray."""
-    scenes = medium.scenes
-    gain = _spreading(rays.length_m * (medium.carrier_hz / SPEED_OF_LIGHT_M_S))
+    scenes, single = medium.scenes, medium.single
+    gain = _spreading(rays.length_m * (medium.carrier_hz / SPEED_OF_LIGHT_M_S), single=single)
     # Of single bounces the lines of sight come first.
     bounced = slice(np.count_nonzero(rays.face[0] == 0) if len(rays.face) == 1 else 0, None)
     world = ends.tx.world.take(rays.link[bounced])
     for face, cos_incidence in zip(rays.face[:, bounced], rays.cos_incidence[:, bounced], strict=True):
         at = scenes.at(face, world)
         permittivity, thickness_m = scenes.permittivity.ravel().take(at), scenes.thickness_m.ravel().take(at)
-        gain[bounced] *= slab_reflection(permittivity, thickness_m, cos_incidence, medium.carrier_hz)
+        gain[bounced] *= slab_reflection(
+            permittivity, thickness_m, cos_incidence, medium.carrier_hz, single=single
+        )
     return gain
 
 
-def _spreading(wavelengths: Float[np.ndarray, " rays"]) -> Complex[np.ndarray, " rays"]:
+def _spreading(wavelengths: Float[np.ndarray, " rays"], *, single: bool) -> Complex[np.ndarray, " rays"]:
     """Free-space amplitude and phase over a distance in wavelengths."""
-    return unit_phasors(2.0 * np.pi * (np.rint(wavelengths) - wavelengths)) / (4.0 * np.pi * wavelengths)
+    gain = unit_phasors(2.0 * np.pi * (np.rint(wavelengths) - wavelengths), single=single)
+    gain *= (0.25 / np.pi / wavelengths).astype(gain.real.dtype, copy=False)
+    return gain
 
 
 def _numbered(link: Int[np.ndarray, " rays"], n_links: int) -> tuple[int, Int[np.ndarray, " rays"]]:
@@ -233,7 +242,7 @@ def columns_of(found: Traced) -> tuple[Complex[np.ndarray, "paths links"], Float
     shape = (found.n_paths, found.ends.n_links)
     if len(found.rays) == 1 and _is_dense(found.rays[0].link, shape[1]):
         return found.gains[0].reshape(shape), found.rays[0].length_m.reshape(shape)
-    gain, length_m = np.zeros(shape, dtype=complex), np.zeros(shape)
+    gain, length_m = np.zeros(shape, dtype=found.gains[0].dtype), np.zeros(shape)
     for rays, gains, number in zip(found.rays, found.gains, found.numbers, strict=True):
         place = number * shape[1] + rays.link
         gain.reshape(-1)[place], length_m.reshape(-1)[place] = gains, rays.length_m
