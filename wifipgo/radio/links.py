@@ -17,8 +17,8 @@ from wifipgo.radio.propagation.scenes import Scenes, scenes_of
 from wifipgo.radio.propagation.surfaces import Surfaces
 from wifipgo.rows import Rows
 
-# Rays looked at in one go: working arrays of some 100 kB stay in the cache.
-_BLOCK = 1 << 13
+# Lines times links looked at in one go: some 20 MB of working arrays. Fewer would pay for more calls.
+_BLOCK = 1 << 15
 _NO_ESNR_DB = -30.0
 
 

@@ -75,7 +75,6 @@ class TracedPairs:
         diffuse: Diffuse | None,
     ) -> "TracedPairs":
         """Pairs of robots at these places."""
-        medium.check()
         world = rows.world(np.arange(len(p_m)))
         return cls(
             checked_points(p_m, world, medium.scenes, lambda k: ("p_m", f"robot {k}")), pairs, medium, diffuse

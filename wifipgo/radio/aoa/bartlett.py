@@ -103,11 +103,11 @@ def _mirrored(
     out = np.empty((n_links, size), np.float32)
     for start in range(0, n_links, _BLOCK):
         block, share = signal[start : start + _BLOCK], out[start : start + _BLOCK]
-        n_products = -(-len(block) // _PRODUCT)
-        xy = np.zeros((n_products * _PRODUCT, 2, n_positions), np.float32)
-        xy[: len(block), 0], xy[: len(block), 1] = block.real, block.imag
-        products = np.matmul(xy.reshape(n_products, 2 * _PRODUCT, n_positions), quadratures)
-        found = products.reshape(-1, 2, size)[: len(block)]
+        xy = np.ascontiguousarray(block).view(np.float32).reshape(len(block), n_positions, 2).swapaxes(1, 2)
+        if len(block) % _PRODUCT:
+            xy = np.concatenate([xy, np.zeros((-len(block) % _PRODUCT, 2, n_positions), np.float32)])
+        whole = np.ascontiguousarray(xy).reshape(len(xy) // _PRODUCT, 2 * _PRODUCT, n_positions)
+        found = np.matmul(whole, quadratures).reshape(len(xy), 2, size)[: len(block)]
         twice = found[:, 0, :half] * found[:, 1, half:]
         twice -= found[:, 1, :half] * found[:, 0, half:]
         twice += twice

@@ -87,20 +87,26 @@ def combed_channel(
 
 
 class _Powers:
-    """Whole powers of phasors, of which the squares are kept."""
+    """Whole powers of phasors, which are kept."""
 
     def __init__(self, base: Complex64[np.ndarray, "paths links"]) -> None:
         """Start from the first power."""
-        self._squares = [base]
+        self._known = {1: base}
 
     def of(self, exponent: int) -> Complex64[np.ndarray, "paths links"]:
         """A power that is not 0, by its binary digits."""
-        require(exponent != 0, "exponent", "not 0", exponent)
-        digits = [digit for digit in range(abs(exponent).bit_length()) if abs(exponent) >> digit & 1]
-        while digits[-1] >= len(self._squares):
-            self._squares.append(self._squares[-1] * self._squares[-1])
-        found: np.ndarray = functools.reduce(np.multiply, (self._squares[digit] for digit in digits))
-        return found.conj() if exponent < 0 else found
+        if exponent in self._known:
+            return self._known[exponent]
+        if exponent < 0:
+            found = self.of(-exponent).conj()
+        elif exponent & (exponent - 1) == 0:  # a power of two
+            half = self.of(exponent >> 1)
+            found = half * half
+        else:
+            rest = exponent & (exponent - 1)
+            found = self.of(exponent ^ rest) * self.of(rest)
+        self._known[exponent] = found
+        return found
 
 
 class _Comb(NamedTuple):

@@ -60,19 +60,20 @@ def checked_points(
         ValueError: If a coordinate is not finite, or a point is further than `TOUCH_M` inside an
             obstacle or outside the room.
     """
-    far = np.logical_not(np.abs(p_m) <= FARTHEST_M)
-    if far.any():
-        index = int(np.argmax(far.any(axis=1)))
+    within = np.abs(p_m) <= FARTHEST_M
+    if not within.all():
+        index = int(np.argmin(within.all(axis=1)))
         name, where = called(index)
         rule = f"finite and at most {FARTHEST_M:g}"
         raise BadInputError(f"{name} must be {rule}, got {p_m[index].tolist()} at {where}")
     at_m = np.array(p_m.T, dtype=float, order="C")
-    height_m = _affine(scenes.by_world(scenes.to_height, world), at_m)
+    coefficients = scenes.by_world(scenes.affine, world)
+    along_m, height_m = _affine(coefficients, at_m)
     wrong = _misplaced(at_m, height_m, world, scenes)
     if wrong.any():
         _put_in_front(at_m, np.flatnonzero(wrong), world, scenes, called)
-        height_m = _affine(scenes.by_world(scenes.to_height, world), at_m)
-    return Points(at_m, _affine(scenes.by_world(scenes.to_along, world), at_m), height_m, world)
+        along_m, height_m = _affine(coefficients, at_m)
+    return Points(at_m, along_m, height_m, world)
 
 
 def check_apart(
@@ -93,8 +94,8 @@ def check_apart(
 
 
 def _affine(
-    coefficients: Float[np.ndarray, "3 lines #points"], at_m: Float[np.ndarray, "2 points"]
-) -> Float[np.ndarray, "lines points"]:
+    coefficients: Float[np.ndarray, "3 2 lines #points"], at_m: Float[np.ndarray, "2 points"]
+) -> Float[np.ndarray, "2 lines points"]:
     """Affine functions of places."""
     out = coefficients[0] * at_m[0]
     out += coefficients[1] * at_m[1]
@@ -137,6 +138,6 @@ def _put_in_front(
             f"{where}, {depth_m[worst].min():.3g} m from the nearest face"
         )
     at = scenes.at(nearest + 1, world)
-    x, y, base = scenes.to_height.reshape(3, -1).take(at, axis=1)
+    x, y, base = scenes.to_height.reshape(3, -1)[:, at]
     height_m = x * points_m[:, 0] + y * points_m[:, 1] + base
     at_m[:, wrong] += (_CLEAR_M - height_m) * np.stack([x, y])

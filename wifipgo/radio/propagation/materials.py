@@ -177,34 +177,35 @@ def _interface(
     """Fresnel coefficient of the front side, and the propagation factor ``exp(-jq)`` across the slab."""
     cos_incidence = np.maximum(cos_incidence, _GRAZING)
     s = _root(permittivity.real - 1.0 + cos_incidence * cos_incidence, permittivity.imag)
-    wavenumber = 2.0 * np.pi * carrier_hz / SPEED_OF_LIGHT_M_S
-    depth = (-wavenumber) * thickness_m
-    phase_rad, gain = depth * s.real, -(depth * s.imag)
+    depth = (-carrier_hz / SPEED_OF_LIGHT_M_S) * thickness_m  # in wavelengths of the air
+    turns, gain = depth * s.real, (-2.0 * np.pi) * (depth * s.imag)
     if single:
         s, cos_incidence, gain = (
             s.astype(np.complex64),
             cos_incidence.astype(np.float32),
             gain.astype(np.float32),
         )
-    one_way = unit_phasors(phase_rad, single=single)
+    one_way = unit_phasors(turns, single=single)
     one_way *= np.exp(gain)
     return (cos_incidence - s) / (cos_incidence + s), one_way
 
 
-def unit_phasors(angle_rad: Float[np.ndarray, "*n"], *, single: bool = False) -> Complex[np.ndarray, "*n"]:
-    """``exp(j angle)``: in double precision by the tangent of half the angle, faster than sine and cosine."""
+def unit_phasors(turns: Float[np.ndarray, "*n"], *, single: bool = False) -> Complex[np.ndarray, "*n"]:
+    """``exp(2 pi j turns)``: in double by the tangent of half the angle, faster than sine and cosine.
+
+    In single precision whole turns are taken off before, in double.
+    """
+    rest = turns - np.rint(turns)
     if single:
-        turns = angle_rad * (0.5 / np.pi)
-        turns -= np.rint(turns)
-        turns *= 2.0 * np.pi
-        rest_rad, narrow = turns.astype(np.float32), np.empty(angle_rad.shape, dtype=np.complex64)
+        rest_rad = np.multiply(rest, 2.0 * np.pi, dtype=np.float32, casting="same_kind")
+        narrow = np.empty(rest.shape, dtype=np.complex64)
         np.cos(rest_rad, out=narrow.real)
         np.sin(rest_rad, out=narrow.imag)
         return narrow
-    half = np.tan(0.5 * angle_rad)
+    half = np.tan(np.pi * rest)
     square = half * half
     scale = 1.0 / (1.0 + square)
-    out = np.empty(angle_rad.shape, dtype=complex)
+    out = np.empty(rest.shape, dtype=complex)
     np.multiply(1.0 - square, scale, out=out.real)
     np.multiply(2.0 * half, scale, out=out.imag)
     return out

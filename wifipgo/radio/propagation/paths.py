@@ -216,7 +216,7 @@ def _unobstructed(rays: Rays, ends: Ends, medium: Medium) -> Complex[np.ndarray,
 
 def _spreading(wavelengths: Float[np.ndarray, " rays"], *, single: bool) -> Complex[np.ndarray, " rays"]:
     """Free-space amplitude and phase over a distance in wavelengths."""
-    gain = unit_phasors(2.0 * np.pi * (np.rint(wavelengths) - wavelengths), single=single)
+    gain = unit_phasors(-wavelengths, single=single)
     gain *= (0.25 / np.pi / wavelengths).astype(gain.real.dtype, copy=False)
     return gain
 

@@ -27,8 +27,7 @@ class Scenes:
         each: The scene of every world.
         n_walls: Lines after the line of sight that are walls of convex rooms, or padding between.
         normal: Unit vector out of the front of each line.
-        to_along: Coefficients of ``(x, y, 1)`` in the position along each line, m.
-        to_height: The same for the height over each line, m.
+        affine: Coefficients of ``(x, y, 1)`` in the position along each line, m, and in the height over it.
         length_m: Length of each line.
         permittivity: Complex relative permittivity behind each line.
         thickness_m: Thickness of the slab behind each line, m.
@@ -39,8 +38,7 @@ class Scenes:
     each: tuple[Surfaces, ...]
     n_walls: int
     normal: Float[np.ndarray, "2 lines worlds"]
-    to_along: Float[np.ndarray, "3 lines worlds"]
-    to_height: Float[np.ndarray, "3 lines worlds"]
+    affine: Float[np.ndarray, "3 2 lines worlds"]
     length_m: Float[np.ndarray, "lines worlds"]
     permittivity: Complex[np.ndarray, "lines worlds"]
     thickness_m: Float[np.ndarray, "lines worlds"]
@@ -65,8 +63,13 @@ class Scenes:
             each=tuple(each),
             n_walls=n_walls,
             normal=table("normal", 0.0),
-            to_along=_affine_table([surfaces.to_along for surfaces in each], lines, n_lines),
-            to_height=_affine_table([surfaces.to_height for surfaces in each], lines, n_lines),
+            affine=np.stack(
+                [
+                    _affine_table([surfaces.to_along for surfaces in each], lines, n_lines),
+                    _affine_table([surfaces.to_height for surfaces in each], lines, n_lines),
+                ],
+                axis=1,
+            ),
             length_m=table("length_m", 0.0),
             permittivity=table("permittivity", 1.0, complex),
             thickness_m=table("thickness_m", 1.0),
@@ -83,6 +86,11 @@ class Scenes:
     def n_lines(self) -> int:
         """The line of sight and the faces of the world with most of them."""
         return len(self.length_m)
+
+    @property
+    def to_height(self) -> Float[np.ndarray, "3 lines worlds"]:
+        """Coefficients of ``(x, y, 1)`` in the height over each line, m."""
+        return self.affine[:, 1]
 
     def by_world(
         self, table: Shaped[np.ndarray, "*lines worlds"], world: Int[np.ndarray, " n"]
