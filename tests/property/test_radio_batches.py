@@ -147,6 +147,26 @@ def test_links_are_those_of_each_world_alone(tx_power_dbm: float, bandwidth_hz: 
     assert (got.esnr_db[~silent] >= 4.0).all()
 
 
+@pytest.mark.parametrize("n_robots", [2, 3])
+@pytest.mark.parametrize("max_order", [0, 1])
+def test_a_single_link_is_that_of_the_batch(n_robots: int, max_order: int) -> None:
+    """Products of one number with many are rounded otherwise by numpy than of many with many."""
+    worlds, rows = batch(4), Rows(len(ROOMS), n_robots)
+    p_m = worlds.p_m.reshape(-1, N_ROBOTS, 2)[:, :n_robots].reshape(-1, 2)
+    radio, turn = RadioConfig(max_order=max_order), aoa.AoaConfig()
+    links = probe_links(p_m, worlds.scenes, radio, rows=rows)
+    receiver = np.arange(0, len(rows), n_robots)
+    yaw_rad, rng = np.zeros(len(rows)), Generators(generators(len(ROOMS), 5))
+    got = listen(links, receiver, receiver + 1, yaw_rad, radio=radio, turn=turn, rng=rng)
+    for k, surfaces in enumerate(worlds.each):
+        own = slice(k * n_robots, (k + 1) * n_robots)
+        alone = probe_links(p_m[own], surfaces, radio)
+        assert_same_links(links, alone, own)
+        zero, chance = np.zeros(1, dtype=int), generators(len(ROOMS), 5)[k]
+        heard = listen(alone, zero, zero + 1, yaw_rad[own], radio=radio, turn=turn, rng=chance)
+        np.testing.assert_array_equal(got[k : k + 1], heard)
+
+
 def test_pairs_that_are_asked_for_are_those_of_the_list() -> None:
     """A few of many pairs, either way round and twice, are traced again."""
     worlds = batch(1)
