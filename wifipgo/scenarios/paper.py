@@ -62,6 +62,20 @@ PAPER_SIM_50 = Scenario(
     radio=RadioConfig(tx_power_dbm=-4.0),
     turn=AoaConfig(n_positions=32),
 )
+PAPER_SIM_200 = replace(
+    PAPER_SIM_50,
+    name="paper-sim-200",
+    source="paper-sim-50 with 200 robots in a room of the same density, 120 x 120. Ours.",
+    n_robots=200,
+    arena=ArenaConfig(size_m=120.0),
+)
+PAPER_SIM_1000 = replace(
+    PAPER_SIM_50,
+    name="paper-sim-1000",
+    source="paper-sim-50 with 1000 robots in a room of the same density, 268 x 268. Ours.",
+    n_robots=1000,
+    arena=ArenaConfig(size_m=268.0),
+)
 PAPER_OUTLIERS = replace(
     PAPER_HW_2,
     name="paper-outliers",
@@ -85,6 +99,8 @@ SCENARIOS: Mapping[str, Scenario] = MappingProxyType(
             PAPER_HW_2_HETERO,
             PAPER_SIM_2,
             PAPER_SIM_50,
+            PAPER_SIM_200,
+            PAPER_SIM_1000,
             PAPER_OUTLIERS,
         )
     }
