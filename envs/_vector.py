@@ -6,13 +6,14 @@ begin together share a clock and are one `Episode`; those that begin anew while 
 
 from collections.abc import Mapping, Sequence
 from os import PathLike
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from gymnasium import logger
-from jaxtyping import Bool, Float32, Int, Int8, Shaped, UInt8
+from jaxtyping import Bool, Float32, Int8, UInt8
 
 from envs._arguments import NotResetError, changes_of, next_seed
+from envs._cohorts import REPLACED, Cohort, without
 from envs._episode import Episode
 from envs._playing import played, settings_of, shown
 from envs._snapshot import FORMAT, VectorSnapshot, blocks_of, check_snapshot
@@ -28,24 +29,6 @@ from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
 
 RESET_MASK = "reset_mask"  # gymnasium's name, in the options of a reset
-_REPLACED = -1
-
-
-class Cohort(NamedTuple):
-    """Worlds that began together.
-
-    Attributes:
-        worlds: Number in the batch of each; -1 of one that has begun anew elsewhere since.
-        episode: Where they stand. Those that are over are played on with the others, unseen.
-    """
-
-    worlds: Int[np.ndarray, " some"]
-    episode: Episode
-
-    def among(self, mask: Bool[np.ndarray, " worlds"]) -> Int[np.ndarray, " among"]:
-        """Places of those of its worlds for which a mask of the batch holds."""
-        there: np.ndarray = (self.worlds != _REPLACED) & mask[self.worlds]
-        return there.nonzero()[0]
 
 
 class RendezvousVectorEnv:
@@ -154,18 +137,19 @@ class RendezvousVectorEnv:
         part = Part(worlds, np.arange(len(worlds)), columns)
         last = merged([part], self._last, self.n_worlds)
         self._seeds, self._last = seeds, last
-        self._cohorts = (*_without(self._cohorts, worlds), Cohort(worlds, now))
+        self._cohorts = (*without(self._cohorts, worlds), Cohort(worlds, now))
         out = step_of(last, self._settings, self._buffers)
         return out.observations, out.infos
 
     @plain_arithmetic
-    def step(self, actions: Shaped[np.ndarray, "worlds robots ..."]) -> VectorStep:
+    def step(self, actions: Any) -> VectorStep:
         """Advance every world that is not over by one iteration.
 
         Whatever exception leaves it, Ctrl-C too, all worlds are as they were before.
 
         Args:
-            actions: Of each robot of each world; those of worlds that are over are not looked at.
+            actions: Of each robot of each world, ``(worlds, robots, 3)``, or ``(worlds, robots)`` of
+                choices; those of worlds that are over are not looked at.
 
         Raises:
             ValueError: Actions of another shape, or not finite; names world and robot.
@@ -202,7 +186,7 @@ class RendezvousVectorEnv:
         """What is true and believed of each team, scaled: for a centralised critic."""
         out = np.zeros((self.n_worlds, *self.state_space.shape), dtype=np.float32)
         for worlds, now in self.cohorts:
-            there = worlds != _REPLACED
+            there = worlds != REPLACED
             out[worlds[there]] = state(now.tick, now.scenario)[there]
         return out
 
@@ -286,15 +270,6 @@ class RendezvousVectorEnv:
 
     def close(self) -> None:
         """Nothing is held open."""
-
-
-def _without(cohorts: tuple[Cohort, ...], worlds: Int[np.ndarray, " some"]) -> list[Cohort]:
-    """Cohorts whose worlds begin anew elsewhere; those of which nothing is left go."""
-    left = [
-        Cohort(np.where(np.isin(cohort.worlds, worlds), _REPLACED, cohort.worlds), cohort.episode)
-        for cohort in cohorts
-    ]
-    return [cohort for cohort in left if (cohort.worlds != _REPLACED).any()]
 
 
 def vector_env(

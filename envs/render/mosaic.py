@@ -20,7 +20,7 @@ def picture_of(tick: Tick, world: World, scenario: Scenario, config: RenderConfi
     return Viewer(config).frame(tick, world, scenario)
 
 
-def mosaic(pictures: Sequence[Picture]) -> Picture:
+def mosaic(pictures: Sequence[Picture]) -> UInt8[np.ndarray, "high wide 3"]:
     """Pictures of one size in rows and columns, about as many of both."""
     n_columns = math.ceil(math.sqrt(len(pictures)))
     n_rows = math.ceil(len(pictures) / n_columns)

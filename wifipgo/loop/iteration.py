@@ -85,8 +85,7 @@ def observe(
     log, n_bytes = log_measurements(belief, odometry, measured, heard, scenario)
     linked = links.rate_mbit_s >= scenario.link.q_mbit_s
     log, told = refresh_reported_where_linked(log, belief.paths.estimate, linked)
-    bytes_sent = team.bytes_sent + n_bytes + told
-    team = team._replace(observed=team.observed + seen, met=(), bytes_sent=bytes_sent)
+    team = team._replace(observed=team.observed + seen, met=(), bytes_sent=team.bytes_sent + n_bytes + told)
     paths, log, team = exchange(
         belief.paths, log, team, links.rate_mbit_s, scenario=scenario, rng=streams.messages
     )

@@ -11,7 +11,7 @@ from wifipgo.graph.edges import Edges, select
 from wifipgo.loop.scene import first_scene
 from wifipgo.rows import Rows
 from wifipgo.scenarios.scenario import Scenario
-from wifipgo.state import Belief, Tick, Truth, World
+from wifipgo.state import Belief, Team, Tick, Truth, World
 from wifipgo.world.arena import Arena
 from wifipgo.world.coverage import CellMap, Sightings
 
@@ -63,7 +63,7 @@ def _sightings(one: Sightings, own: slice) -> Sightings:
 
 def _belief(belief: Belief, k: int, own: slice) -> Belief:
     """What the robots of one world believe."""
-    log, team, paths = belief.log, belief.team, belief.paths
+    log, paths = belief.log, belief.paths
     return Belief(
         paths=paths._replace(
             estimate=paths.estimate[own],
@@ -79,20 +79,22 @@ def _belief(belief: Belief, k: int, own: slice) -> Belief:
         ),
         radio=type(belief.radio)(*(column[own] for column in belief.radio)),
         sensed=type(belief.sensed)(*(column[own] for column in belief.sensed)),
-        team=team._replace(
-            calls=type(team.calls)(*(column[own] for column in team.calls)),
-            observed=team.observed[own],
-            held=team.held[own],
-            last_met=team.last_met[own],
-            met=tuple(
-                tuple(row - own.start for row in group)
-                for group in team.met
-                if own.start <= group[0] < own.stop
-            ),
-            bytes_sent=team.bytes_sent[[k]],
-        ),
+        team=_team(belief.team, k, own),
         coverage=type(belief.coverage)(*(column[own] for column in belief.coverage)),
         err=belief.err[own],
+    )
+
+
+def _team(team: Team, k: int, own: slice) -> Team:
+    """Calls and meetings of one world."""
+    met = (group for group in team.met if own.start <= group[0] < own.stop)
+    return team._replace(
+        calls=type(team.calls)(*(column[own] for column in team.calls)),
+        observed=team.observed[own],
+        held=team.held[own],
+        last_met=team.last_met[own],
+        met=tuple(tuple(row - own.start for row in group) for group in met),
+        bytes_sent=team.bytes_sent[[k]],
     )
 
 
