@@ -20,8 +20,8 @@ VACUUM_PERMITTIVITY_F_M = 8.8541878128e-12
 CARRIER_LIMITS_HZ = (1e3, 1e15)
 THICKNESS_LIMITS_M = (1e-6, 10.0)
 MOST_PERMITTIVITY, MOST_LOSS = 1e6, 1e12
-# Factors of complex products below have names: numpy works in place of large ones that have none, and rounds
-# otherwise there, but a ray is to have the same bits in any company.
+# Factors of complex products below have names: numpy works in place of large ones that have none, and may
+# round otherwise in place, but a ray is to have the same bits in any company.
 
 # Smallest cosine of incidence: without it a lossless slab would divide nothing by nothing.
 _GRAZING = 1e-9
@@ -185,9 +185,8 @@ def _interface(
             cos_incidence.astype(np.float32),
             gain.astype(np.float32),
         )
-    one_way = unit_phasors(turns, single=single)
-    one_way *= np.exp(gain)
-    return (cos_incidence - s) / (cos_incidence + s), one_way
+    phasor, loss = unit_phasors(turns, single=single), np.exp(gain)
+    return (cos_incidence - s) / (cos_incidence + s), phasor * loss
 
 
 def unit_phasors(turns: Float[np.ndarray, "*n"], *, single: bool = False) -> Complex[np.ndarray, "*n"]:

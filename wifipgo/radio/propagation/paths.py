@@ -183,9 +183,8 @@ def _gained(rays: Rays, ends: Ends, medium: Medium) -> tuple[Rays, Complex[np.nd
         through = transmission(
             across, rays, course, world=world, scenes=scenes, carrier_hz=carrier_hz, single=medium.single
         )
-        gain = _unobstructed(rays, ends, medium)
-        gain *= through
-        return _there(rays, gain)
+        free = _unobstructed(rays, ends, medium)
+        return _there(rays, free * through)
     rays = rays.only(np.flatnonzero(~across.any(axis=(0, 1))))
     return _there(rays, _unobstructed(rays, ends, medium))
 
@@ -208,17 +207,18 @@ def _unobstructed(rays: Rays, ends: Ends, medium: Medium) -> Complex[np.ndarray,
     for face, cos_incidence in zip(rays.face[:, bounced], rays.cos_incidence[:, bounced], strict=True):
         at = scenes.at(face, world)
         permittivity, thickness_m = scenes.permittivity.ravel().take(at), scenes.thickness_m.ravel().take(at)
-        gain[bounced] *= slab_reflection(
+        reflection = slab_reflection(
             permittivity, thickness_m, cos_incidence, medium.carrier_hz, single=single
         )
+        gain[bounced] = gain[bounced] * reflection  # not in place: numpy rounds one alone otherwise there
     return gain
 
 
 def _spreading(wavelengths: Float[np.ndarray, " rays"], *, single: bool) -> Complex[np.ndarray, " rays"]:
     """Free-space amplitude and phase over a distance in wavelengths."""
-    gain = unit_phasors(-wavelengths, single=single)
-    gain *= (0.25 / np.pi / wavelengths).astype(gain.real.dtype, copy=False)
-    return gain
+    phasor = unit_phasors(-wavelengths, single=single)
+    amplitude = (0.25 / np.pi / wavelengths).astype(phasor.real.dtype, copy=False)
+    return phasor * amplitude
 
 
 def _numbered(link: Int[np.ndarray, " rays"], n_links: int) -> tuple[int, Int[np.ndarray, " rays"]]:
