@@ -8,8 +8,8 @@ from scipy.spatial import cKDTree
 
 from wifipgo.se2 import length
 
-# Teams of at most so many look at all pairs, which costs less there than a tree.
-_FEW = 64
+# Tables of at most so many distances, of all worlds, cost less than a tree.
+_FEW = 3_000
 # A tree's candidates reach this much further, so that no rounding of its own decides.
 _SLACK = 1.0 + 1e-9
 
@@ -42,7 +42,7 @@ def neighbours(p_m: Float[np.ndarray, "rows 2"], n_robots: int, range_m: float) 
         n_robots: Robots of each world.
         range_m: How far apart they may be.
     """
-    if n_robots <= _FEW:
+    if len(p_m) * n_robots <= _FEW:
         return _among_all(p_m, n_robots, range_m)
     return _by_tree(p_m, n_robots, range_m)
 
