@@ -43,8 +43,8 @@ class Framework(NamedTuple):
 _SB3 = """
 from stable_baselines3 import PPO
 from train import rendezvous_vec_env
-teams = rendezvous_vec_env(n_envs=2, **ROOM)
-model = PPO("MlpPolicy", teams, n_steps=32, batch_size=64, seed=0).learn(512)
+teams = rendezvous_vec_env(n_envs=8, **ROOM)
+model = PPO("MlpPolicy", teams, n_steps=32, batch_size=64, seed=0).learn(1024)
 print("agent-steps", model.num_timesteps)
 """
 _MASKED = """
@@ -56,11 +56,11 @@ print("agent-steps", 2 * model.num_timesteps)
 """
 _GYMNASIUM = """
 import gymnasium, envs
-teams = gymnasium.make_vec("wifipgo/RendezvousTeam-v0", num_envs=2, vectorization_mode="sync", **ROOM)
+teams = gymnasium.make_vec("wifipgo/RendezvousTeam-v0", num_envs=8, **ROOM)
 teams.reset(seed=0)
 for _ in range(60):
     teams.step(teams.action_space.sample())
-print("agent-steps", 60 * 2 * 2)
+print("agent-steps", 60 * 8 * 2)
 """
 _PETTINGZOO = """
 from pettingzoo.test import api_test, parallel_api_test
@@ -79,25 +79,19 @@ model = PPO("MlpPolicy", teams, n_steps=32, batch_size=64).learn(256)
 print("agent-steps", model.num_timesteps)
 """
 _TORCHRL = """
-import torch
-from torchrl.envs import PettingZooWrapper
-from torchrl.modules import MultiAgentMLP
-torch.manual_seed(0)
-env = PettingZooWrapper(parallel_env(**ROOM), return_state=True)
-n_numbers = env.observation_spec["robot", "observation"].shape[-1]
-value = MultiAgentMLP(n_numbers, 1, 2, centralized=False, share_params=True, num_cells=(32,))
-optimiser, n = torch.optim.Adam(value.parameters()), 0
-for _ in range(3):
-    batch = env.rollout(20)
-    loss = (value(batch["robot", "observation"]) - batch["next", "robot", "reward"]).square().mean()
-    optimiser.zero_grad(); loss.backward(); optimiser.step()
-    n += 2 * len(batch)
-print("agent-steps", n)
+import runpy
+runpy.run_path("examples/06_collect_with_torchrl.py", run_name="__main__")
+print("agent-steps", 4 * 25 * 8 * 2)
 """
 _BENCHMARL = """
 import runpy
 runpy.run_path("examples/07_benchmarl_task.py", run_name="__main__")
-print("agent-steps", 2 * 80)
+print("agent-steps", 2 * 2 * 280)
+"""
+_SKRL = """
+import runpy
+runpy.run_path("examples/08_train_with_skrl.py", run_name="__main__")
+print("agent-steps", 2 * 8 * 32)
 """
 _RLLIB = """
 import runpy
@@ -128,6 +122,7 @@ FRAMEWORKS: Mapping[str, Framework] = MappingProxyType(
         "supersuit": Framework("supersuit", ("supersuit", "stable-baselines3"), _SUPERSUIT),
         "torchrl": Framework("torchrl", ("torchrl",), _TORCHRL),
         "benchmarl": Framework("benchmarl", ("benchmarl", "torchrl<0.12"), _BENCHMARL),
+        "skrl": Framework("skrl", ("skrl", "tensorboard"), _SKRL),
         "rllib": Framework("ray", ("ray[rllib]", "dm-tree", "torch"), _RLLIB),
         "tianshou": Framework("tianshou", ("tianshou",), _TIANSHOU),
     }

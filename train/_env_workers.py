@@ -87,8 +87,8 @@ class RemoteCrew:
         with one_thread_each():
             self._process.start()
         theirs.close()  # so that its death ends our waiting
+        self.rows: np.ndarray | None = None  # goes before the memory that it lies in
         self._memory: SharedMemory | None = None
-        self.rows: np.ndarray | None = None
 
     def share(self, shape: tuple[int, ...]) -> None:
         """Let observations, float32, come through memory that both processes see, not through the pipe."""
@@ -96,6 +96,7 @@ class RemoteCrew:
         self.rows = np.ndarray(shape, np.float32, self._memory.buf)
         self.ask(_SHARE, self._memory.name, shape)
         self.answer()
+        self._memory.unlink()  # both have it: whatever ends them, nothing is left behind
 
     def ask(self, name: str, *args: Any) -> None:
         """Send what to do; the process begins at once."""
@@ -129,7 +130,6 @@ class RemoteCrew:
         self.rows = None
         if self._memory is not None:
             self._memory.close()
-            self._memory.unlink()
             self._memory = None
         self._process.join(_PATIENCE_S)
         for end in (self._process.terminate, self._process.kill):

@@ -27,6 +27,9 @@ class TeamVecEnv(VecEnv):
     (``TimeLimit.truncated``, with the last observation as ``terminal_observation``), so values are
     bootstrapped there; `seed` gives each environment a sequence of episodes of its own.
 
+    Environments given as ``functools.partial(parallel_env, ...)`` that are made alike are stepped at once in
+    each process, see `train._world_batch`; others one after the other.
+
     Differs from stable-baselines3's own in two points. Options set by `set_options` hold from the next
     episode of each environment on until they are set anew, because learners never call `reset` midway.
     `env_method` and `get_images` touch each environment once, however many of its rows are asked for.
@@ -123,8 +126,15 @@ class TeamVecEnv(VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Call a method once in each environment of some rows; each of its rows gets the result."""
-        return self._by_row("call", (method_name, method_args, method_kwargs), indices)
+        """Call a method once in each environment of some rows; each of its rows gets the result.
+
+        Of ``action_masks`` each row gets its own, as masked PPO of sb3-contrib asks for them.
+        """
+        found = self._by_row("call", (method_name, method_args, method_kwargs), indices)
+        if method_name != "action_masks":
+            return found
+        rows = self._get_indices(indices)
+        return [masks[row % len(self.agents)] for masks, row in zip(found, rows, strict=True)]
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
         """Whether a wrapper of this type is around the environment of each row."""

@@ -78,6 +78,19 @@ def test_what_was_handed_out_stays() -> None:
         venv.close()
 
 
+@pytest.mark.parametrize("makers", [KINDS["choices"], one_by_one(KINDS["choices"])], ids=["batch", "alone"])
+def test_masks_are_by_row(makers: list[Any]) -> None:
+    venv, alone = TeamVecEnv(makers), parallel_env("paper-hw-2", actions="discrete", **SMALL)
+    seeds = venv.seed(4)
+    venv.reset()
+    for k in range(2):
+        alone.reset(seed=seeds[2 * k])
+        np.testing.assert_array_equal(
+            venv.env_method("action_masks")[2 * k : 2 * k + 2], alone.action_masks()
+        )
+    assert np.shape(venv.env_method("action_masks", indices=[3, 0, -1])) == (3, 34)
+
+
 def test_worlds_are_asked_one_by_one() -> None:
     venv = TeamVecEnv(KINDS["two scenarios, in turn"])
     venv.seed(0)

@@ -21,7 +21,7 @@ NEEDS = {
     "08_train_with_skrl.py": ("skrl", "torch"),
 }
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-GRAPH_PAGE = (ROOT / "docs" / "graph.md").read_text(encoding="utf-8")
+PAGES = [(ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("graph.md", "frameworks.md")]
 
 
 def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -76,7 +76,7 @@ def test_readme_command_exists(command: str, tmp_path: Path) -> None:
     assert result.returncode == 0, result.stderr
 
 
-@pytest.mark.parametrize("code", re.findall(r"```python\n(.*?)```", README + GRAPH_PAGE, re.DOTALL))
+@pytest.mark.parametrize("code", re.findall(r"```python\n(.*?)```", "\n".join([README, *PAGES]), re.DOTALL))
 def test_readme_code_runs(code: str, tmp_path: Path) -> None:
     result = run("-c", code, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
