@@ -33,7 +33,7 @@ from rich.table import Table
 from baselines.policies import make_policy
 from benchmarks._naive_env import NaiveEnv
 from benchmarks.speed import physics_and_lidar
-from envs.rendezvous_v0 import parallel_env
+from envs.rendezvous_v0 import parallel_env, vector_env
 from wifipgo.command.command_line import exit_code
 from wifipgo.files.atomic_files import write_json
 
@@ -121,6 +121,25 @@ def playing(scenario: str, policy_name: str, **overrides: Any) -> Call:
     return step
 
 
+def playing_worlds(scenario: str, policy_name: str, n_worlds: int, **overrides: Any) -> Call:
+    """The same of a batch of worlds."""
+    env = vector_env(scenario, n_worlds=n_worlds, **overrides)
+    policy = make_policy(policy_name, env.scenario)
+    policy.reset_rows(range(n_worlds))
+    episode, (observations, _) = [], env.reset(seed=0)
+    while not env.over.all():
+        episode.append(policy.act_rows(observations))
+        observations = env.step(episode[-1]).observations
+    played = itertools.cycle(episode)
+
+    def step() -> None:
+        if env.over.all():
+            env.reset(seed=0)
+        env.step(next(played))
+
+    return step
+
+
 def _module(name: str, make: str, **options: Any) -> Call:
     """Step an environment of another package."""
     return stepping(getattr(importlib.import_module(name), make)(**options))
@@ -149,6 +168,14 @@ def peers() -> Iterator[Peer]:
     for policy in ("active", "random"):
         for scenario, agents in (("paper-hw-2", 2), ("paper-sim-50", 50)):
             yield Peer(f"wifipgo {scenario}, {policy}", radio, agents, partial(playing, scenario, policy))
+    for scenario, agents, batches in (
+        ("paper-sim-2", 2, (1, 8, 64, 256)),
+        ("paper-hw-2-obstacles", 2, (1, 64)),
+        ("paper-sim-50", 50, (8,)),
+    ):
+        for n_worlds in batches:
+            many = partial(playing_worlds, scenario, "active", n_worlds)
+            yield Peer(f"wifipgo {scenario}, active", radio, agents, many, n_worlds)
     crowded = partial(playing, "paper-sim-50", "active", n_obstacles=20)
     yield Peer("wifipgo paper-sim-50, 20 boxes, active", radio, 50, crowded)
     yield Peer(
@@ -164,7 +191,7 @@ def peers() -> Iterator[Peer]:
         yield Peer("SISL pursuit_v5", "grid, 30 evaders", n, partial(pursuit, n_pursuers=n))
     waterworld = partial(_module, "pettingzoo.sisl.waterworld_v4", "parallel_env", n_coop=4)
     yield Peer("SISL waterworld_v4", "driving, lidar, obstacle", 50, partial(waterworld, n_pursuers=50))
-    for n_envs in (1, 32):
+    for n_envs in (1, 32, 1024):
         options = {"n_agents": 50, "n_targets": 20, "lidar_range": 0.35, "use_agent_lidar": True}
         found = partial(_vmas, "discovery", n_envs, **options)
         yield Peer("VMAS discovery", "driving, lidar, 20 targets", 50, found, n_envs)
