@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from gymnasium import logger
+from gymnasium.utils import EzPickle
 from jaxtyping import Bool, Float32, Int8, UInt8
 
 from envs._arguments import NotResetError, changes_of, next_seed
@@ -29,9 +30,10 @@ from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
 
 RESET_MASK = "reset_mask"  # gymnasium's name, in the options of a reset
+_NO_FIELDS = {"observation", "actions", "reward", "terminate_at_end"}  # arguments that are no scenario fields
 
 
-class RendezvousVectorEnv:
+class RendezvousVectorEnv(EzPickle):
     """Many worlds of one scenario; world k of the batch is `RendezvousEnv` with the seed of world k.
 
     Args:
@@ -64,6 +66,10 @@ class RendezvousVectorEnv:
         keep_freed_memory()
         self._settings = settings_of(scenario, render_mode=render_mode, **arguments)
         self.base_scenario = self.scenario = self._settings.scenario
+        # The value, not its name: a file may have changed when the copy is made. Its overrides are in it.
+        kept = {name: arguments[name] for name in _NO_FIELDS & arguments.keys()}
+        given = {"n_worlds": n_worlds, "buffers": buffers, "render_mode": render_mode}
+        EzPickle.__init__(self, self.scenario, **given, render_height_px=render_height_px, **kept)
         self.n_worlds, self.n_robots = checked_n_worlds(n_worlds, self.scenario), self.scenario.n_robots
         self.possible_agents, self.layout = self._settings.agents, self._settings.layout
         self.single_observation_space = self._settings.observation_space()

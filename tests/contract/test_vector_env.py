@@ -1,5 +1,6 @@
 """The environment of many worlds: shapes, spaces, buffers, pictures, and what it refuses."""
 
+import copy
 import pickle
 from typing import Any
 
@@ -147,6 +148,16 @@ def test_options_hold_for_one_reset() -> None:
     assert [len(layout.obstacles_m) for layout in env.cohorts[0].episode.world.layouts] == [2, 2, 2]
     env.reset(seed=1)
     assert not env.world_of(0).layout.obstacles_m
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_copies_are_made_of_the_arguments(copied: Any) -> None:
+    env = made(actions="discrete", reward="team_error")
+    twin = copied(env)
+    assert (twin.n_worlds, twin.scenario) == (3, env.scenario)
+    np.testing.assert_array_equal(twin.reset(seed=0)[0], env.reset(seed=0)[0])
+    actions = np.full((3, 2), 20)
+    np.testing.assert_array_equal(twin.step(actions).rewards, env.step(actions).rewards)
 
 
 def test_pictures_of_one_world_and_of_all() -> None:
