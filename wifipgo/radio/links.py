@@ -3,13 +3,14 @@
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Inexact, Int
 
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import require
 from wifipgo.radio.channel import rates
 from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.impairments import EpisodeImpairments
+from wifipgo.radio.channel.power_bound import most_mean_power
 from wifipgo.radio.channel.subcarriers import combed_channel
 from wifipgo.radio.pairs import TracedPairs, all_pairs
 from wifipgo.radio.propagation.paths import Medium, Paths
@@ -20,6 +21,8 @@ from wifipgo.rows import Rows
 # Lines times links looked at in one go: some 20 MB of working arrays. Fewer would pay for more calls.
 _BLOCK = 1 << 15
 _NO_ESNR_DB = -30.0
+_MANY = 500  # links, from which on it pays to look which of them can be heard
+_NEARLY_ALL = 0.9  # of links that can be heard: to choose costs as much as to work out the rest
 
 
 class Links(NamedTuple):
@@ -89,8 +92,29 @@ def probe_links(
 
 
 def _carried(pairs: TracedPairs, block: slice, cfg: RadioConfig) -> tuple[np.ndarray, np.ndarray]:
-    """Rate and effective SNR of some pairs."""
+    """Rate and effective SNR of some pairs; those that surely carry nothing are not looked at.
+
+    Error rates are convex in the SNR, so effective SNR is at most the mean SNR.
+    """
     gain, delay_s = pairs.columns(block)
+    if gain.shape[1] < _MANY:
+        return _carried_by(gain, delay_s, cfg)
+    power = most_mean_power(gain, delay_s, bandwidth_hz=cfg.bandwidth_hz)
+    audible = power >= rates.LEAST_MEAN_SNR / cfg.snr_scale
+    n_audible = np.count_nonzero(audible)
+    if n_audible > _NEARLY_ALL * len(audible):
+        return _carried_by(gain, delay_s, cfg)
+    rate, esnr_db = np.zeros(len(audible)), np.full(len(audible), _NO_ESNR_DB)
+    if n_audible:
+        heard = audible.nonzero()[0]
+        rate[heard], esnr_db[heard] = _carried_by(gain.take(heard, axis=1), delay_s.take(heard, axis=1), cfg)
+    return rate, esnr_db
+
+
+def _carried_by(
+    gain: Inexact[np.ndarray, "paths links"], delay_s: Float[np.ndarray, "paths links"], cfg: RadioConfig
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rate and effective SNR of links with these paths."""
     amplitude = gain * np.float32(np.sqrt(cfg.snr_scale))
     parts = combed_channel(amplitude, delay_s, bandwidth_hz=cfg.bandwidth_hz).view(np.float32)
     np.square(parts, out=parts)

@@ -52,6 +52,8 @@ _SLACK_DB = 0.01  # far more than the tables err
 
 # What MCS 0 to 7 need, whatever the bandwidth, and the modulation in which it is measured.
 RATE_ESNR_DB = np.array([4.0, 7.0, 9.0, 12.0, 16.0, 20.0, 21.0, 22.0])
+# Below this mean SNR surely no rate passes.
+LEAST_MEAN_SNR = float(10.0 ** (0.1 * (RATE_ESNR_DB.min() - _SLACK_DB)))
 _RATE_MODULATION = np.array([0, 1, 1, 2, 2, 3, 3, 3])
 _FASTEST = int(_RATE_MODULATION.max())
 # Of each modulation, what its MCS need and which of them is the first.
