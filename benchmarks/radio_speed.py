@@ -5,7 +5,7 @@ the complex64 matrix product of their shape, timed in turn with them: the produc
 without the squares and the scaling that make a profile of it. The loop does one link
 and one direction after the other, as the formula is written. Goals are held against the
 fastest call, which is what the machine can do when nothing else runs on it; the median
-beside it says how busy the machine was.
+beside it says how busy the machine was. Rows of batches are for one world of it.
 """
 
 import os
@@ -13,6 +13,7 @@ import os
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
+import itertools
 import platform
 import sys
 import time
@@ -30,12 +31,19 @@ from wifipgo.command.command_line import exit_code
 from wifipgo.files.atomic_files import write_json
 from wifipgo.radio import aoa
 from wifipgo.radio.channel import csi
+from wifipgo.radio.links import Links, probe_links
 from wifipgo.radio.propagation.materials import Slab
 from wifipgo.radio.propagation.paths import Paths, Surfaces, surfaces_of, trace_paths
+from wifipgo.radio.propagation.scenes import Scenes
+from wifipgo.radio.turn_profiles import listen
+from wifipgo.rows import Rows
+from wifipgo.world.layout import room_walls
 
 RADIO, TURN = csi.RadioConfig(), aoa.AoaConfig()
 GAP = {"antenna_gap_m": TURN.antenna_gap_m, "wavelength_m": RADIO.wavelength_m}
 SIZE_M = 20.0
+# Between the rows of boxes, whose faces are at 1.5 and 2.5 m of every 3.5 m.
+LANES_M = np.array([0.7, 3.2, 4.3, 6.7, 7.8, 10.2, 11.3, 13.7, 14.8])
 # Least share of the matrix product's speed, and most milliseconds.
 SHARE_GOAL = 0.8
 GOALS_MS = {
@@ -69,7 +77,7 @@ def timed(calls: Mapping[str, Callable[[], object]], seconds: float) -> dict[str
         call()
     times: dict[str, list[float]] = {name: [] for name in calls}
     end = time.perf_counter() + seconds
-    while time.perf_counter() < end or len(times[next(iter(calls))]) < 5:
+    while time.perf_counter() < end or len(times[next(iter(calls))]) < 3:
         for name, call in calls.items():
             begin = time.perf_counter()
             call()
@@ -169,9 +177,7 @@ def scene(n_boxes: int) -> Surfaces:
 def path_rows(seconds: float) -> list[Row]:
     """Path tracing of 200 links between the boxes."""
     rng = np.random.default_rng(0)
-    # Between the rows of boxes, whose faces are at 1.5 and 2.5 m of every 3.5 m.
-    lanes_m = np.array([0.7, 3.2, 4.3, 6.7, 7.8, 10.2, 11.3, 13.7, 14.8])
-    tx_m, rx_m = (np.stack([rng.uniform(0.3, 19.7, 200), rng.choice(lanes_m, 200)], axis=1) for _ in range(2))
+    tx_m, rx_m = (np.stack([rng.uniform(0.3, 19.7, 200), rng.choice(LANES_M, 200)], axis=1) for _ in range(2))
     calls: dict[str, Callable[[], object]] = {}
     for order, n_boxes in ((1, 20), (2, 4)):
         surfaces = scene(n_boxes)
@@ -181,6 +187,67 @@ def path_rows(seconds: float) -> list[Row]:
 
         calls[f"paths of order {order}, 200 links, {len(surfaces.ends_m)} faces"] = trace
     return [_row(name, spent) for name, spent in timed(calls, seconds).items()]
+
+
+class Team(NamedTuple):
+    """Robots of several worlds, and what their radios need."""
+
+    p_m: np.ndarray
+    yaw_rad: np.ndarray
+    surfaces: Surfaces | Scenes
+    rows: Rows
+    radio: csi.RadioConfig
+
+    @classmethod
+    def of(cls, n_worlds: int, n_robots: int, *, n_boxes: int = 0) -> "Team":
+        """At the density of 50 robots in 60 m, or of two in a room with other boxes in each world."""
+        rng, rows = np.random.default_rng(n_robots), Rows(n_worlds, n_robots)
+        size_m = SIZE_M if n_robots == 2 else 60.0 * (n_robots / 50.0) ** 0.5
+        if n_boxes:
+            scenes: Surfaces | Scenes = Scenes.of([scene(n_boxes + k % 3) for k in range(n_worlds)])
+        else:
+            scenes = surfaces_of(room_walls(size_m), carrier_hz=RADIO.carrier_hz, wall=Slab("concrete"))
+        p_m = rng.uniform(0.3, size_m - 0.3, (len(rows), 2))
+        if n_boxes:
+            p_m[:, 1] = rng.choice(LANES_M, len(rows))
+        power_dbm = -12.0 if n_robots == 2 else -4.0
+        return cls(
+            p_m, rng.uniform(-3.0, 3.0, len(rows)), scenes, rows, csi.RadioConfig(tx_power_dbm=power_dbm)
+        )
+
+    def links(self) -> Links:
+        """Of all pairs."""
+        return probe_links(self.p_m, self.surfaces, self.radio, rows=self.rows)
+
+    def profiles(self) -> np.ndarray:
+        """Links, and what every robot hears of the next of its world."""
+        receiver = np.arange(len(self.rows))
+        peer = (self.rows.peer(receiver) + 1) % self.rows.n_robots
+        sender, rng = receiver - self.rows.peer(receiver) + peer, np.random.default_rng(0)
+        return listen(self.links(), receiver, sender, self.yaw_rad, radio=self.radio, turn=TURN, rng=rng)
+
+
+def batch_rows(seconds: float) -> list[Row]:
+    """Links, CSI and profiles of two robots a world, for each world of a batch."""
+    found = []
+    for n_boxes, n_worlds in itertools.product((0, 4), (1, 8, 64, 256)):
+        team, room = Team.of(n_worlds, 2, n_boxes=n_boxes), "boxes" if n_boxes else "walls"
+        name = f"two robots, {room}, a world of {n_worlds}: links, CSI, profiles"
+        (spent,) = timed({name: team.profiles}, 0.25 * seconds).values()
+        found.append(_row(name, spent / n_worlds))
+    return found
+
+
+def team_rows(seconds: float) -> list[Row]:
+    """Links of all pairs of large teams."""
+    found = []
+    for n_robots in (50, 400, 1000):
+        team = Team.of(1, n_robots)
+        name = f"links of all pairs of {n_robots} robots"
+        (spent,) = timed({name: team.links}, 0.25 * seconds).values()
+        pair_us = 1e3 * spent.min() / (n_robots * (n_robots - 1) // 2)
+        found.append(_row(f"{name}: {pair_us:.2f} us a pair", spent))
+    return found
 
 
 def show(rows: list[Row], console: Console) -> None:
@@ -197,7 +264,8 @@ def show(rows: list[Row], console: Console) -> None:
 
 def main(config: SpeedConfig) -> None:
     """Measure, show, write."""
-    rows = [*profile_rows(config.seconds), *csi_rows(config.seconds), *path_rows(config.seconds)]
+    parts = (profile_rows, csi_rows, path_rows, batch_rows, team_rows)
+    rows = [row for part in parts for row in part(config.seconds)]
     show(rows, Console(width=None if sys.stdout.isatty() else 140))
     if config.json is not None:
         write_json(config.json, [row._asdict() for row in rows], allow_nan=True)

@@ -9,9 +9,9 @@ from jaxtyping import Complex, Complex64, Float, Float32
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.radio.aoa.steering import Aperture
 
-# Signals of one product. All products have the same shape, so a signal has the same profile, to the bit, in
-# any company; larger ones would hardly be faster.
-_PRODUCT = 2
+# Signals of one product: always so few, so that a signal has the same profile, to the bit, in any company
+# that it has in a step; of more signals than a step looks at in one go many, which is faster.
+_FEW, _MANY, _IN_ONE_GO = 2, 64, 448
 # Signals of one block: what is worked on stays in the processor's cache.
 _BLOCK = 64
 
@@ -100,13 +100,14 @@ def _mirrored(
     """
     n_links, n_positions = signal.shape
     size, half = quadratures.shape[1], quadratures.shape[1] // 2
+    product = _FEW if n_links <= _IN_ONE_GO else _MANY
     out = np.empty((n_links, size), np.float32)
     for start in range(0, n_links, _BLOCK):
         block, share = signal[start : start + _BLOCK], out[start : start + _BLOCK]
         xy = np.ascontiguousarray(block).view(np.float32).reshape(len(block), n_positions, 2).swapaxes(1, 2)
-        if len(block) % _PRODUCT:
-            xy = np.concatenate([xy, np.zeros((-len(block) % _PRODUCT, 2, n_positions), np.float32)])
-        whole = np.ascontiguousarray(xy).reshape(len(xy) // _PRODUCT, 2 * _PRODUCT, n_positions)
+        if len(block) % product:
+            xy = np.concatenate([xy, np.zeros((-len(block) % product, 2, n_positions), np.float32)])
+        whole = np.ascontiguousarray(xy).reshape(len(xy) // product, 2 * product, n_positions)
         found = np.matmul(whole, quadratures).reshape(len(xy), 2, size)[: len(block)]
         twice = found[:, 0, :half] * found[:, 1, half:]
         twice -= found[:, 1, :half] * found[:, 0, half:]
