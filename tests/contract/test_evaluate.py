@@ -3,38 +3,28 @@
 import json
 import shlex
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
+from support.short_evaluation import SHORT, short
 
 from baselines import evaluate
 from baselines.evaluate import (
     Episode,
     EpisodesFailedError,
-    EvaluateConfig,
     main,
     run_episode,
-    run_episodes,
 )
 from baselines.evaluation import jobs
 from baselines.evaluation.batches import Batch
-from baselines.evaluation.run_folder import FILES, FIRST, PICTURES, steps_frame
+from baselines.evaluation.run_folder import FILES, FIRST, PICTURES
 from baselines.policies import make_policy
 from wifipgo.files.results_folder import MANIFEST, partial_of
 from wifipgo.scenarios import scenario_named
 
-SHORT = ("n_steps=4",)
 PNG = b"\x89PNG\r\n\x1a\n"
-
-
-def short(out: Path, **changes: object) -> EvaluateConfig:
-    """Four iterations, two policies, three trials, in this process."""
-    config = EvaluateConfig(trials=3, overrides=SHORT, out=out, jobs=1)
-    return replace(config, **changes)  # type: ignore[arg-type]
 
 
 def steps(out: Path) -> pd.DataFrame:
@@ -115,70 +105,6 @@ def test_recorded_command_gives_the_same_results(done: Path, tmp_path: Path) -> 
 def test_results_do_not_depend_on_jobs(done: Path, tmp_path: Path) -> None:
     evaluate.evaluate(short(tmp_path / "two", jobs=2))
     pd.testing.assert_frame_equal(steps(done), steps(tmp_path / "two"))
-
-
-@pytest.mark.parametrize("worlds", [1, 2, 5])
-def test_results_do_not_depend_on_worlds(done: Path, tmp_path: Path, worlds: int) -> None:
-    out = tmp_path / "out"
-    evaluate.evaluate(short(out, worlds=worlds))
-    for name in ("episodes.parquet", "steps.parquet", "summary.json"):
-        assert (out / name).read_bytes() == (done / name).read_bytes()
-
-
-def test_a_run_goes_on_in_the_middle_of_a_batch(
-    done: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """What is left is put into other batches, of another size."""
-    out, real, played = tmp_path / "out", run_episodes, []
-
-    def interrupt(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    def seen(*args: Any, **kwargs: Any) -> list[Episode]:
-        played.append(kwargs["trials"])
-        return real(*args, **kwargs)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(evaluate, "_publish", interrupt)
-        with pytest.raises(KeyboardInterrupt):
-            evaluate.evaluate(short(out, worlds=3))
-    for name in ("00-00001.npz", "01-00000.npz", "01-00002.npz"):
-        (partial_of(out) / name).unlink()
-    monkeypatch.setattr(jobs, "run_episodes", seen)
-    evaluate.evaluate(short(out, worlds=2, resume=True))
-    assert played == [[0, 2], [1]]
-    for name in ("episodes.parquet", "steps.parquet"):
-        assert (out / name).read_bytes() == (done / name).read_bytes()
-
-
-def test_worlds_that_end_before_others_are_as_if_alone() -> None:
-    """Each ends when its measurements are taken; what is played beside it goes on, and it does not."""
-    scenario = scenario_named("paper-outliers", size_m=10.0)
-    together = run_episodes(scenario, "active", range(4), trials=range(4))
-    assert len({episode.figures["n_steps"] for episode in together}) > 1
-    for seed, one in enumerate(together):
-        alone = run_episode(scenario, "active", seed, trial=seed)
-        assert one.figures == alone.figures
-        for name in ("reference", "estimate", "meetings"):
-            np.testing.assert_array_equal(getattr(one, name), getattr(alone, name))
-        pd.testing.assert_frame_equal(steps_frame([one]), steps_frame([alone]))
-
-
-def test_a_policy_of_ones_own_plays_many_worlds() -> None:
-    """One that knows a single team plays them one after the other, and gives what the same on rows gives."""
-    scenario = scenario_named("paper-hw-2", n_steps=4)
-    inside = make_policy("active", scenario)
-
-    class OneTeam:
-        """The same policy with one face less."""
-
-        reset, act = staticmethod(inside.reset), staticmethod(inside.act)
-
-    for one, other in zip(
-        run_episodes(scenario, OneTeam(), [3, 4]), run_episodes(scenario, "active", [3, 4]), strict=True
-    ):
-        np.testing.assert_array_equal(one.reference, other.reference)
-        assert one.figures == other.figures
 
 
 def test_an_interrupted_run_is_continued(
