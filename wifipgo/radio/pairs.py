@@ -38,8 +38,7 @@ class Pairs(NamedTuple):
     ) -> Shaped[np.ndarray, "rows peers"]:
         """Values of pairs as a symmetric table, with another value where there is no pair."""
         out = np.full((len(rows), rows.n_robots), other, dtype=values.dtype)
-        for place in self.place:
-            out.reshape(-1)[place] = values
+        out.reshape(-1)[self.place] = values
         return out
 
 

@@ -149,7 +149,7 @@ def listen(
     for begin in range(0, len(receiver), _BLOCK):
         block = slice(begin, begin + _BLOCK)
         received = receive(
-            _channel(Paths(*(column[block] for column in paths)), heading_rad[block], radio, turn),
+            _channel(paths.of(block), heading_rad[block], radio, turn),
             drawn.of(block),
             cfg,
             snr_scale=radio.snr_scale,
@@ -157,6 +157,8 @@ def listen(
             bandwidth_hz=radio.bandwidth_hz,
         )
         arrived = _arrived(received, linked[block], cfg)
-        received[arrived < least_packets(turn)] = 0.0
+        unheard = arrived < least_packets(turn)
+        if unheard.any():
+            received[unheard] = 0.0
         out[block] = _profiles(received, arrived, schedule, turn)
     return out

@@ -183,9 +183,8 @@ def receive(
     if drawn.noise is None:
         received = channel.astype(np.complex64)
     else:
-        received = _windows(channel.shape, float(1.0 / np.sqrt(snr_scale)))[drawn.noise].reshape(
-            channel.shape
-        )
+        windows = _noise_windows(float(1.0 / np.sqrt(snr_scale)), math.prod(channel.shape[1:]))
+        received = windows[drawn.noise].reshape(channel.shape)
         received += channel
     if drawn.oscillator is not None:
         table = _oscillator_table(cfg.common_phase, cfg.timing_jitter_s, bandwidth_hz)

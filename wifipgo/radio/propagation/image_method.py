@@ -157,7 +157,7 @@ def _single_course(rays: Rays, ends: Ends, scenes: Scenes) -> Course:
     link, line = rays.link, rays.face[0]
     tx_up, rx_up = (_up_m(link, line, end) for end in (ends.tx, ends.rx))
     gap_m, tx_m = ends.gap_m.take(link, axis=1), ends.tx.at_m.take(link, axis=1)
-    normal = scenes.normal_at(scenes.at(line, ends.tx.world.take(link)))
+    normal = scenes.normal_at(scenes.at(line, scenes.of_some(ends.tx.world, link)))
     legs_m = np.empty((2, 2, len(link)))
     np.subtract(gap_m, 2.0 * rx_up * normal, out=legs_m[0])
     np.subtract(-2.0 * tx_up * normal, gap_m, out=legs_m[1])
@@ -177,7 +177,7 @@ def _unfolded(
     link: Int[np.ndarray, " rays"], face: Int[np.ndarray, "2 rays"], ends: Ends, scenes: Scenes
 ) -> _Unfolded:
     up_m = np.stack([_up_m(link, face[0], ends.tx), _up_m(link, face[1], ends.rx)])
-    normals = scenes.normal_at(scenes.at(face, ends.tx.world.take(link))).swapaxes(0, 1)
+    normals = scenes.normal_at(scenes.at(face, scenes.of_some(ends.tx.world, link))).swapaxes(0, 1)
     middle_m = ends.gap_m.take(link, axis=1) + 2.0 * (up_m[0] * normals[0] - up_m[1] * normals[1])
     return _Unfolded(up_m, normals, middle_m, (middle_m * normals).sum(axis=1))
 

@@ -17,7 +17,7 @@ def crossed(
     different sides of the leg.
     """
     front, outline = _in_front(rays, course, ends, scenes), scenes.outline
-    world = ends.tx.world.take(rays.link)
+    world = scenes.of_some(ends.tx.world, rays.link)
     tx_m, rx_m = (end.at_m.take(rays.link, axis=1) for end in (ends.tx, ends.rx))
     on_leg_m = np.concatenate([tx_m[None], course.hit_m[:-1], rx_m[None]])
     x_m, y_m = -course.legs_m[:, 1], course.legs_m[:, 0]  # across each leg
@@ -37,7 +37,7 @@ def _in_front(
     rays: Rays, course: Course, ends: Ends, scenes: Scenes
 ) -> Bool[np.ndarray, "nodes obstacle_faces rays"]:
     """Whether the ends and hits of each ray, from the transmitter on, are in front of each obstacle face."""
-    first, world = scenes.n_walls + 1, ends.tx.world.take(rays.link)
+    first, world = scenes.n_walls + 1, scenes.of_some(ends.tx.world, rays.link)
     x, y, base_m = scenes.by_world(scenes.to_height[:, first:], world)
     front = np.empty((len(rays.face) + 2, len(x), len(rays.link)), dtype=bool)
     for at, end in ((0, ends.tx), (-1, ends.rx)):

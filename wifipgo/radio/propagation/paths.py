@@ -52,6 +52,12 @@ class Paths(NamedTuple):
         """Paths of some links."""
         return Paths(*(column.take(links, axis=0) for column in self))
 
+    def of(self, block: slice) -> "Paths":
+        """Paths of links one after the other."""
+        if block.start == 0 and block.stop >= len(self.gain):
+            return self
+        return Paths(*(column[block] for column in self))
+
     def padded(self, multiple: int) -> "Paths":
         """The same with so many columns, or a multiple of that."""
         n = -self.order.shape[1] % multiple
@@ -179,7 +185,7 @@ def _gained(rays: Rays, ends: Ends, medium: Medium) -> tuple[Rays, Complex[np.nd
     course = course_of(rays, ends, scenes)
     across = crossed(rays, course, ends, scenes)
     if medium.penetration:
-        world = ends.tx.world.take(rays.link)
+        world = scenes.of_some(ends.tx.world, rays.link)
         through = transmission(
             across, rays, course, world=world, scenes=scenes, carrier_hz=carrier_hz, single=medium.single
         )
@@ -203,7 +209,7 @@ def _unobstructed(rays: Rays, ends: Ends, medium: Medium) -> Complex[np.ndarray,
     gain = _spreading(rays.length_m * (medium.carrier_hz / SPEED_OF_LIGHT_M_S), single=single)
     # Of single bounces the lines of sight come first.
     bounced = slice(np.count_nonzero(rays.face[0] == 0) if len(rays.face) == 1 else 0, None)
-    world = ends.tx.world.take(rays.link[bounced])
+    world = scenes.of_some(ends.tx.world, rays.link[bounced])
     for face, cos_incidence in zip(rays.face[:, bounced], rays.cos_incidence[:, bounced], strict=True):
         at = scenes.at(face, world)
         permittivity, thickness_m = scenes.permittivity.ravel().take(at), scenes.thickness_m.ravel().take(at)
@@ -251,17 +257,31 @@ def columns_of(found: Traced) -> tuple[Complex[np.ndarray, "paths links"], Float
 
 def paths_of(found: Traced, medium: Medium) -> Paths:
     """Rays as rows of equal length, with the directions in which they leave and arrive."""
+    parts = [
+        _columns(rays, gains, found.ends, medium) for rays, gains in zip(found.rays, found.gains, strict=True)
+    ]
     n_paths, n_links = found.n_paths, found.ends.n_links
+    if len(parts) == 1 and _is_dense(found.rays[0].link, n_links):
+        return Paths(*(np.ascontiguousarray(column.reshape(n_paths, n_links).T) for column in parts[0]))
     size = n_links * n_paths
-    gain, delay_s, order = np.zeros(size, dtype=complex), np.zeros(size), np.full(size, -1)
-    azimuth_rad = np.zeros((2, size))
-    for rays, gains, number in zip(found.rays, found.gains, found.numbers, strict=True):
+    out = [np.zeros(size, dtype=complex), *np.zeros((3, size)), np.full(size, -1)]
+    for rays, number, columns in zip(found.rays, found.numbers, parts, strict=True):
         place = rays.link * n_paths + number
-        gain[place] = gains
-        delay_s[place] = rays.length_m / SPEED_OF_LIGHT_M_S
-        order[place] = np.minimum(rays.face[-1], 1) + len(rays.face) - 1
-        legs_m = course_of(rays, found.ends, medium.scenes).legs_m
-        for azimuth, (x_m, y_m) in zip(azimuth_rad, legs_m[:: len(rays.face)], strict=True):
-            azimuth[place] = np.arctan2(y_m + 0.0, x_m)  # -0.0 would give -pi
-    columns = (gain, delay_s, azimuth_rad[1], azimuth_rad[0], order)
-    return Paths(*(column.reshape(n_links, n_paths) for column in columns))
+        for whole, column in zip(out, columns, strict=True):
+            whole[place] = column
+    return Paths(*(column.reshape(n_links, n_paths) for column in out))
+
+
+def _columns(
+    rays: Rays, gains: Complex[np.ndarray, " rays"], ends: Ends, medium: Medium
+) -> tuple[np.ndarray, ...]:
+    """What `Paths` says of some rays."""
+    legs_m = course_of(rays, ends, medium.scenes).legs_m
+    (leaves_x, leaves_y), (arrives_x, arrives_y) = legs_m[0], legs_m[-1]
+    return (
+        gains.astype(complex, copy=False),
+        rays.length_m / SPEED_OF_LIGHT_M_S,
+        np.arctan2(arrives_y + 0.0, arrives_x),  # -0.0 would give -pi
+        np.arctan2(leaves_y + 0.0, leaves_x),
+        np.minimum(rays.face[-1], 1) + len(rays.face) - 1,
+    )

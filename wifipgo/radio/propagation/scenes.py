@@ -98,6 +98,10 @@ class Scenes:
         """A table for a list of things in these worlds; one column for all if there is one scene."""
         return table if self.n_worlds == 1 else table.take(world, axis=-1)
 
+    def of_some(self, world: Int[np.ndarray, " links"], link: Int[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
+        """Worlds of some links; not looked up if there is one scene, where nobody asks."""
+        return link if self.n_worlds == 1 else world.take(link)
+
     def at(self, line: Int[np.ndarray, "*n"], world: Int[np.ndarray, " n"]) -> Int[np.ndarray, "*n"]:
         """Places in the flat tables."""
         return line if self.n_worlds == 1 else line * self.n_worlds + world
