@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from baselines.evaluation.recording import End, Now, Recording, Steps
-from baselines.policies import Oracle, Policy, TeamsPolicy, for_teams, make_policy
+from baselines.policies import Oracle, Policy, TeamsPolicy, drives_teams, for_teams, make_policy
 from envs.rendezvous_v0 import RendezvousVectorEnv, vector_env
 from wifipgo.files.atomic_files import write_sealed
 from wifipgo.files.npz_files import read_sealed_npz
@@ -131,7 +131,7 @@ def run_episodes(
         ValueError: Unknown scenario, policy or parameter.
     """
     numbers = range(len(seeds)) if trials is None else trials
-    if isinstance(policy, str | TeamsPolicy):
+    if isinstance(policy, str) or drives_teams(policy):
         return _run(scenario, policy, seeds, trials=numbers, look=_look_away)
     return [run_episode(scenario, policy, s, trial=k) for s, k in zip(seeds, numbers, strict=True)]
 

@@ -1,7 +1,15 @@
 """Scripted and learned policies and their registry. Each sees exactly what a learner sees."""
 
 from baselines.policies.oracle import Oracle, OracleBearing
-from baselines.policies.policy import Actions, DrivesTeams, Observations, Policy, TeamsPolicy, for_teams
+from baselines.policies.policy import (
+    Actions,
+    DrivesTeams,
+    Observations,
+    Policy,
+    TeamsPolicy,
+    drives_teams,
+    for_teams,
+)
 from baselines.policies.registry import POLICIES, make_policy
 from baselines.policies.rendezvous import ActiveRendezvous, RandomRendezvous
 
@@ -16,6 +24,7 @@ __all__ = [
     "Policy",
     "RandomRendezvous",
     "TeamsPolicy",
+    "drives_teams",
     "for_teams",
     "make_policy",
 ]

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -163,6 +163,15 @@ class EachAlone:
                 show(team)
 
 
+def drives_teams(policy: object) -> TypeGuard[TeamsPolicy]:
+    """Whether a policy drives many teams: not one that changes what `DrivesTeams` does for a single team."""
+    kind = type(policy)
+    changed = issubclass(kind, DrivesTeams) and (
+        kind.act is not DrivesTeams.act or kind.reset is not DrivesTeams.reset
+    )
+    return isinstance(policy, TeamsPolicy) and not changed
+
+
 def for_teams(policy: Any) -> TeamsPolicy:
     """A policy of one team as one for a batch of one; one that drives many teams is what it is."""
-    return policy if isinstance(policy, TeamsPolicy) else EachAlone([policy])
+    return policy if drives_teams(policy) else EachAlone([policy])

@@ -6,7 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baselines.policies import POLICIES, DrivesTeams, Oracle, for_teams, make_policy
+from baselines.policies import (
+    POLICIES,
+    ActiveRendezvous,
+    DrivesTeams,
+    Oracle,
+    drives_teams,
+    for_teams,
+    make_policy,
+)
 from baselines.policies.policy import EachAlone
 from envs.rendezvous_v0 import layout
 from wifipgo.errors import BadInputError
@@ -101,6 +109,22 @@ def test_policies_of_one_team_drive_many_in_a_loop() -> None:
     assert isinstance(for_teams(OneTeam()), EachAlone)
     policy = make_policy("random", TEAMS["two"])
     assert for_teams(policy) is policy
+
+
+class Shy(ActiveRendezvous):
+    """One that changes what it does with a team: that is what counts, and it knows no other way."""
+
+    def act(self, observations: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Nobody calls."""
+        return {name: action * [1, 1, 0] for name, action in super().act(observations).items()}
+
+
+def test_a_changed_act_counts() -> None:
+    policy = Shy(TEAMS["two"])
+    assert not drives_teams(policy)
+    rows = seen(TEAMS["two"], 1, 1)[0]
+    assert make_policy("active", TEAMS["two"]).act_rows(rows)[..., 2].any()
+    assert not for_teams(policy).act_rows(rows)[..., 2].any()
 
 
 def test_what_does_not_fit_is_refused() -> None:
