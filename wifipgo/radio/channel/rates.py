@@ -48,6 +48,7 @@ _PIECE_AT = np.stack(
 _DB = np.float32(10.0 / np.log(10.0))  # of a natural logarithm
 
 _LEAST_ESNR_DB = -30.0
+_FEW_LINKS = 32  # of which calls cost more than numbers
 _SLACK_DB = 0.01  # far more than the tables err
 
 # What MCS 0 to 7 need, whatever the bandwidth, and the modulation in which it is measured.
@@ -94,8 +95,7 @@ def esnr_db(snr: Float[np.ndarray, "links subcarriers"]) -> Float[np.ndarray, "l
     Returns:
         Effective SNR, in [-30, 60] dB.
     """
-    places = _Places.of(snr.T)
-    return np.stack([_flat_snr_db(places, modulation) for modulation in range(4)], axis=-1)
+    return _flat_snrs_db(_Places.of(snr.T)).T.astype(float)
 
 
 class _Places(NamedTuple):
@@ -131,6 +131,19 @@ def _flat_snr_db(places: _Places, modulation: int) -> Float32[np.ndarray, " link
     return _snr_db(highest, modulation)
 
 
+def _flat_snrs_db(places: _Places) -> Float32[np.ndarray, "4 links"]:
+    """The same for every modulation, in as many calls as for one, and to the bit."""
+    log_ber = _RISES.take(places.piece, axis=1)
+    log_ber *= places.snr
+    log_ber += _BELOWS.take(places.piece, axis=1)
+    highest = np.maximum.reduce(log_ber, axis=1)
+    log_ber -= highest[:, None]
+    np.exp(log_ber, out=log_ber)
+    total = np.add.accumulate(log_ber, axis=1)[:, -1]
+    highest += np.log(total * np.float32(1.0 / log_ber.shape[1]))
+    return _snr_db(highest, np.arange(4)[:, None])
+
+
 def _added(terms: Float32[np.ndarray, "subcarriers links"]) -> Float32[np.ndarray, " links"]:
     """Sum over subcarriers, one after the other: the same bits for any number of links."""
     if terms.shape[1] > 1:
@@ -138,15 +151,20 @@ def _added(terms: Float32[np.ndarray, "subcarriers links"]) -> Float32[np.ndarra
     return np.add.accumulate(terms)[-1]
 
 
-def _snr_db(log_ber: Float32[np.ndarray, " links"], modulation: int) -> Float32[np.ndarray, " links"]:
+def _snr_db(
+    log_ber: Float32[np.ndarray, "*rows links"], modulation: int | Int[np.ndarray, "rows 1"]
+) -> Float32[np.ndarray, "*rows links"]:
     """SNR of a flat channel with these log error rates, dB, by the same pieces."""
     depth = np.maximum(_LOG_BER_AT_0[modulation] - log_ber, np.float32(1e-7))
     at = np.log(depth)
     at -= np.float32(_LOWEST)
     at *= np.float32(1.0 / _STEP)
-    piece = _PIECE_AT[modulation].take(at.astype(np.intp), mode="clip")
-    snr = log_ber - _BELOWS[modulation].take(piece)
-    snr /= _RISES[modulation].take(piece)
+    np.maximum(at, np.float32(0.0), out=at)
+    np.minimum(at, np.float32(_PIECE_AT.shape[1] - 1), out=at)
+    piece = _PIECE_AT.ravel().take(at.astype(np.intp) + modulation * _PIECE_AT.shape[1])
+    piece += modulation * _RISES.shape[1]
+    snr = log_ber - _BELOWS.ravel().take(piece)
+    snr /= _RISES.ravel().take(piece)
     flat_db = np.log(np.maximum(snr, np.float32(10.0 ** (0.1 * _LEAST_ESNR_DB))))
     flat_db *= _DB
     return flat_db
@@ -177,6 +195,9 @@ def carried(
 ) -> tuple[Float[np.ndarray, " links"], Float[np.ndarray, " links"]]:
     """`rate_and_esnr` with links last."""
     places, n_links = _Places.of(snr), snr.shape[1]
+    if n_links <= _FEW_LINKS:
+        each_db = _flat_snrs_db(places)
+        return rate_mbit_s(each_db.T, bandwidth_hz=bandwidth_hz), each_db[_FASTEST].astype(float)
     shown_db = _flat_snr_db(places, _FASTEST)
     best, waits = np.zeros(n_links, dtype=np.intp), np.ones(n_links, dtype=bool)
     for modulation, (needs_db, first) in reversed(_MCS_OF.items()):
