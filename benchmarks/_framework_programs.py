@@ -48,11 +48,11 @@ model = PPO("MlpPolicy", teams, n_steps=32, batch_size=64, seed=0).learn(1024)
 print("agent-steps", model.num_timesteps)
 """
 _MASKED = """
-import gymnasium, envs
 from sb3_contrib import MaskablePPO
-env = gymnasium.make("wifipgo/RendezvousTeam-v0", actions="discrete", **ROOM)
-model = MaskablePPO("MlpPolicy", env, n_steps=64, batch_size=64, seed=0).learn(256)
-print("agent-steps", 2 * model.num_timesteps)
+from train import rendezvous_vec_env
+teams = rendezvous_vec_env(n_envs=8, actions="discrete", **ROOM)
+model = MaskablePPO("MlpPolicy", teams, n_steps=32, batch_size=64, seed=0).learn(1024)
+print("agent-steps", model.num_timesteps)
 """
 _GYMNASIUM = """
 import gymnasium, envs
