@@ -83,7 +83,7 @@ class Rays:
         """Drive along the chosen ray as far as a step or what is in the way allows; call or not."""
         motion, call = np.asarray(answers).T
         request = np.where(call > 0, 1.0, -1.0)
-        free_steps = self._free_steps(rows.astype(np.float64))
+        free_steps = self._free_steps(rows)
         return np.column_stack([waypoints_of(motion, free_steps), request]).astype(np.float32)
 
     def answers(self, actions: Actions) -> Shaped[np.ndarray, "rows 2"]:
@@ -122,7 +122,7 @@ class Rays:
         return np.stack([*own.values(), *other.values(), gain, worse, home_steps / 5.0, left], axis=1)
 
     def _free_steps(self, rows: Rows) -> np.ndarray:
-        return self._steps_per_range * self._block(rows, "lidar")
+        return self._steps_per_range * self._block(rows, "lidar").astype(np.float64)
 
     def _free(self, rows: Rows) -> list[np.ndarray]:
         """Free way along each ray and along its neighbours, in steps."""
