@@ -30,6 +30,8 @@ class EnvsConfig:
         n_envs: Worlds side by side, those of a scenario and a process stepped at once: 64 for each process
             is a good number.
         n_workers: Processes that share them; 0: this one. Results do not depend on it.
+        n_phases: Groups of worlds whose episodes end at other times, so that an update learns from all parts
+            of an episode however short ppo.n_steps is; each is stepped by itself.
     """
 
     scenario: str = "paper-sim-2"
@@ -40,12 +42,14 @@ class EnvsConfig:
     endless: bool = False
     n_envs: int = 64
     n_workers: int = 0
+    n_phases: int = 1
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything together."""
         require(self.n_envs >= 1, "envs.n_envs", ">= 1", self.n_envs)
         rule = f"in 0..{self.n_envs} (n_envs)"
         require(0 <= self.n_workers <= self.n_envs, "envs.n_workers", rule, self.n_workers)
+        require(1 <= self.n_phases <= self.n_envs, "envs.n_phases", rule.replace("0..", "1.."), self.n_phases)
         rule = f"fewer than n_envs ({self.n_envs}): each scenario needs an environment"
         require(len(self.others) < self.n_envs, "envs.others", rule, self.others)
         pick(REWARDS, self.reward, "envs.reward")

@@ -49,9 +49,9 @@ class LocalCrew:
 
     rows: np.ndarray | None = None
 
-    def __init__(self, makers: Sequence[Maker]) -> None:
+    def __init__(self, makers: Sequence[Maker], phases: Sequence[float] = ()) -> None:
         """Make the environments."""
-        self.n_envs, self._batch, self._asked = len(makers), batch_of(makers), ("team", ())
+        self.n_envs, self._batch, self._asked = len(makers), batch_of(makers, phases), ("team", ())
 
     def ask(self, name: str, *args: Any) -> None:
         """Remember what to do."""
@@ -75,14 +75,15 @@ class RemoteCrew:
     Args:
         makers: Functions; cloudpickle takes them there, so lambdas and closures will do.
         name: Of the process, for messages.
+        phases: See `train._world_batch.WorldBatch`.
     """
 
-    def __init__(self, makers: Sequence[Maker], name: str) -> None:
+    def __init__(self, makers: Sequence[Maker], name: str, phases: Sequence[float] = ()) -> None:
         """Start the process; it makes the environments meanwhile."""
         self.n_envs = len(makers)
         spawn = multiprocessing.get_context("spawn")
         self._pipe, theirs = spawn.Pipe()
-        packed = cloudpickle.dumps(list(makers))
+        packed = cloudpickle.dumps((list(makers), list(phases)))
         self._process = spawn.Process(target=_serve, args=(theirs, packed), name=name, daemon=True)
         with one_thread_each():
             self._process.start()
@@ -146,9 +147,9 @@ class RemoteCrew:
         )
 
 
-def batch_of(makers: Sequence[Maker]) -> Batch | WorldBatch:
+def batch_of(makers: Sequence[Maker], phases: Sequence[float]) -> Batch | WorldBatch:
     """Worlds that are stepped at once where they can be, else one environment after the other."""
-    return WorldBatch(makers) if are_worlds(makers) else Batch(makers)
+    return WorldBatch(makers, phases) if are_worlds(makers) else Batch(makers)
 
 
 def _done(batch: Batch | WorldBatch, name: str, args: tuple[Any, ...]) -> Any:
@@ -166,7 +167,7 @@ def _serve(pipe: Connection, packed: bytes) -> None:
     try:
         while True:
             try:
-                batch = batch or batch_of(cloudpickle.loads(packed))
+                batch = batch or batch_of(*cloudpickle.loads(packed))
                 if name == _SHARE:
                     name, args = "write_into", (_attached(memory, *args),)
                 reply = _packed((True, _done(batch, name, args)))

@@ -50,7 +50,7 @@ def environments(config: TrainConfig, seed: int) -> VecNormalize:
     scenarios = scenarios_of(config)
     reward, n = config.envs.reward, config.envs.n_envs
     makers = [partial(parallel_env, scenarios[k % len(scenarios)], reward=reward) for k in range(n)]
-    venv = TeamVecEnv(makers, n_workers=config.envs.n_workers)
+    venv = TeamVecEnv(makers, n_workers=config.envs.n_workers, n_phases=config.envs.n_phases)
     root = np.random.SeedSequence(seed, spawn_key=(_WORLDS,)).generate_state(1)[0]
     _keep_apart(venv.seed(int(root)), config.selection.seed)
     translated = Translated(

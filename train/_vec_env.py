@@ -17,6 +17,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 from envs.rendezvous_v0 import parallel_env
 from train._env_batch import InfoTable, Maker, Outcome, Rows, Team
 from train._env_workers import Crew, LocalCrew, RemoteCrew
+from train._world_batch import are_worlds
 from wifipgo.errors import require
 
 
@@ -37,21 +38,27 @@ class TeamVecEnv(VecEnv):
     Args:
         makers: Each makes one environment; all alike (see `train._env_batch.Batch`).
         n_workers: Processes that share the environments; 0 steps them in this one.
+        n_phases: Groups whose episodes end at other times: environment k has the share ``k % n_phases /
+            n_phases`` of its first episode behind it, spent standing still, when a reset is over.
 
     Raises:
         ValueError: No maker, more workers than environments, or environments that do not fit together.
     """
 
-    def __init__(self, makers: Sequence[Maker], *, n_workers: int = 0) -> None:
+    def __init__(self, makers: Sequence[Maker], *, n_workers: int = 0, n_phases: int = 1) -> None:
         """Make the environments."""
         self.n_envs = len(makers)
         require(self.n_envs >= 1, "makers", "at least one", self.n_envs)
         require(0 <= n_workers <= self.n_envs, "n_workers", f"in 0..{self.n_envs} (environments)", n_workers)
+        worlds = are_worlds(makers)
+        rule = f"in 1..{self.n_envs} (environments), and 1 unless all are partials of parallel_env"
+        require(n_phases == 1 or (worlds and 1 <= n_phases <= self.n_envs), "n_phases", rule, n_phases)
         self._crews: list[Crew] = []
         shares = np.array_split(np.arange(self.n_envs), max(n_workers, 1))
         for w, share in enumerate(shares):
-            mine = [makers[k] for k in share]
-            self._crews.append(RemoteCrew(mine, f"worker {w}") if n_workers else LocalCrew(mine))
+            mine, phases = [makers[k] for k in share], (share % n_phases / n_phases).tolist()
+            crew: Crew = RemoteCrew(mine, f"worker {w}", phases) if n_workers else LocalCrew(mine, phases)
+            self._crews.append(crew)
         self._bounds = np.cumsum([0] + [len(share) for share in shares]).tolist()
         team = self._common_team()
         self.agents = team.agents

@@ -8,8 +8,10 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
+from gymnasium import spaces
 from jaxtyping import Bool, Int
 
+from envs.directions import STAY
 from envs.rendezvous_v0 import RESET_MASK, RendezvousVectorEnv, Turn, parallel_env, step_and_reset, vector_env
 from train._env_batch import Info, InfoTable, Maker, Outcome, Rows, Team, check_alike
 from wifipgo.errors import require
@@ -20,11 +22,12 @@ _OF_ALL = ("action_masks", "state")
 
 
 class _Group(NamedTuple):
-    """Worlds that are made alike: their environment, their numbers in the batch, rows of their robots."""
+    """Worlds that are made alike: their environment, numbers in the batch, rows of robots, and phase."""
 
     env: RendezvousVectorEnv
     worlds: Int[np.ndarray, " worlds"]
     rows: Int[np.ndarray, " rows"]
+    phase: float
 
 
 def are_worlds(makers: Sequence[Maker]) -> bool:
@@ -42,20 +45,24 @@ class WorldBatch:
 
     Args:
         makers: Those that `are_worlds` accepts, one a world.
+        phases: Share of an episode that each world has behind it when a reset is over, spent standing still;
+            those that begin together are stepped at once.
 
     Raises:
         ValueError: Worlds with other agents or other spaces.
     """
 
-    def __init__(self, makers: Sequence[Any]) -> None:
-        """Make one environment for all worlds that are made alike."""
-        kinds: list[Any] = []
-        kind_of = np.array([_place(maker, kinds) for maker in makers])
-        self._groups = [_group(kind, np.flatnonzero(kind_of == k)) for k, kind in enumerate(kinds)]
+    def __init__(self, makers: Sequence[Any], phases: Sequence[float] = ()) -> None:
+        """Make one environment for all worlds that are made alike and begin together."""
+        kinds: list[tuple[Any, float]] = []
+        kind_of = np.array(
+            [_place(*kind, kinds) for kind in zip(makers, phases or [0.0] * len(makers), strict=True)]
+        )
+        self._groups = [_group(*kind, np.flatnonzero(kind_of == k)) for k, kind in enumerate(kinds)]
         teams = [_team_of(g.env) for g in self._groups]
         check_alike([teams[k] for k in kind_of])
         self.team = teams[0]
-        self._render_mode = kinds[0].keywords.get("render_mode")
+        self._render_mode = kinds[0][0].keywords.get("render_mode")
         self._options: list[dict[str, Any]] = [{} for _ in makers]
         self._out: np.ndarray | None = None
 
@@ -69,7 +76,7 @@ class WorldBatch:
 
     def reset(self, seeds: Sequence[int | None]) -> tuple[Rows | None, list[Info]]:
         """Begin an episode in every world."""
-        begun = [self._begin(g, np.ones(len(g.worlds), dtype=bool), seeds) for g in self._groups]
+        begun = [self._begun(g, seeds) for g in self._groups]
         infos = InfoTable(self._columns([infos for _, infos in begun]), np.zeros(0, dtype=int), None)
         return self._observations([seen for seen, _ in begun]), infos.rows()
 
@@ -142,6 +149,16 @@ class WorldBatch:
                 return g.env, int(at)
         raise IndexError(world)
 
+    def _begun(self, g: _Group, seeds: Sequence[int | None]) -> tuple[Any, dict[str, np.ndarray]]:
+        """Begin an episode in all worlds of a group, and stand still until its phase is reached."""
+        seen, infos = self._begin(g, np.ones(len(g.worlds), dtype=bool), seeds)
+        still = np.full((len(g.worlds), len(self.team.agents), *(self.team.action_space.shape or ())), 0.0)
+        if isinstance(self.team.action_space, spaces.Discrete):
+            still = np.full(still.shape, STAY)
+        for _ in range(int(g.phase * g.env.scenario.n_steps)):
+            seen = step_and_reset(g.env, still, partial(self._begin, g)).step.observations
+        return seen, infos
+
     def _begin(
         self, g: _Group, mask: Bool[np.ndarray, " worlds"], seeds: Sequence[int | None] = ()
     ) -> tuple[Any, dict[str, np.ndarray]]:
@@ -203,19 +220,19 @@ class WorldBatch:
         return found
 
 
-def _place(maker: Any, kinds: list[Any]) -> int:
-    """Number of the kind of a maker, which is a new one if none before is alike."""
-    for k, kind in enumerate(kinds):
-        if (kind.args, kind.keywords) == (maker.args, maker.keywords):
+def _place(maker: Any, phase: float, kinds: list[tuple[Any, float]]) -> int:
+    """Number of the kind of a world, which is a new one if none before is alike."""
+    for k, (kind, its_phase) in enumerate(kinds):
+        if (kind.args, kind.keywords, its_phase) == (maker.args, maker.keywords, phase):
             return k
-    kinds.append(maker)
+    kinds.append((maker, phase))
     return len(kinds) - 1
 
 
-def _group(kind: Any, worlds: Int[np.ndarray, " worlds"]) -> _Group:
+def _group(kind: Any, phase: float, worlds: Int[np.ndarray, " worlds"]) -> _Group:
     env = vector_env(**kind.keywords | {"n_worlds": len(worlds)}, **_scenario(kind.args))
     n = len(env.possible_agents)
-    return _Group(env, worlds, (worlds[:, None] * n + np.arange(n)).ravel())
+    return _Group(env, worlds, (worlds[:, None] * n + np.arange(n)).ravel(), phase)
 
 
 def _scenario(args: tuple[Any, ...]) -> dict[str, Any]:

@@ -67,6 +67,18 @@ def test_at_once_is_one_by_one(kind: str, n_workers: int) -> None:
         assert dones.any(axis=1).sum() > dones.all(axis=1).sum(), "no world ended by itself"
 
 
+@pytest.mark.parametrize("n_workers", [0, 2])
+def test_worlds_in_phases_end_at_other_times(n_workers: int) -> None:
+    venv = TeamVecEnv([partial(parallel_env, "paper-sim-2", n_steps=6)] * 5, n_workers=n_workers, n_phases=3)
+    venv.seed(0)
+    venv.reset()
+    ends = [np.flatnonzero(venv.step(np.zeros((10, 3), np.float32))[2][::2]).tolist() for _ in range(9)]
+    assert ends == [[], [2], [], [1, 4], [], [0, 3], [], [2], []]
+    venv.close()
+    with pytest.raises(ValueError, match=r"n_phases must be in 1\.\.3 .* unless all are partials"):
+        TeamVecEnv(one_by_one(KINDS["one scenario"]), n_phases=2)
+
+
 def test_what_was_handed_out_stays() -> None:
     """Arrays of a step are not those that the next one is written into."""
     for n_workers in (0, 1):
