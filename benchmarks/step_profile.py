@@ -1,6 +1,6 @@
 """Where the time of a step goes: shares of ``env.step`` by part, on one core.
 
-Run: ``python -m benchmarks.step_profile [--scenario NAME ...] [--repeats N] [--json FILE]``. An episode of
+Run: ``python -m benchmarks.step_profile [--scenario NAME ...] [--worlds 1 64] [--repeats N]``. An episode of
 the active policy is played once, then again with the same actions while the parts are timed. Of each step
 the fastest repeat counts, which is what the machine does when nothing else runs on it.
 """
@@ -10,6 +10,7 @@ import os
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
+import inspect
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -27,12 +28,13 @@ from rich.progress import track
 from rich.table import Table
 
 from baselines.policies import make_policy
-from envs.rendezvous_v0 import RendezvousEnv, parallel_env
+from envs.rendezvous_v0 import RendezvousEnv, RendezvousVectorEnv, parallel_env, vector_env
 from wifipgo.command.command_line import exit_code
 from wifipgo.files.atomic_files import write_json
 from wifipgo.loop import iteration
 from wifipgo.world import map_accuracy
 
+_VECTOR = inspect.getmodule(RendezvousVectorEnv)  # where the step of many worlds calls what it is made of
 # Functions that a step calls, none of them from another of these.
 PARTS: Mapping[str, Sequence[tuple[Any, str]]] = MappingProxyType(
     {
@@ -53,6 +55,9 @@ PARTS: Mapping[str, Sequence[tuple[Any, str]]] = MappingProxyType(
         "observations, infos, check of actions": [
             (RendezvousEnv, "_seen_and_said"),
             (RendezvousEnv, "checked"),
+            (_VECTOR, "shown"),
+            (_VECTOR, "checked_actions"),
+            (_VECTOR, "columns_of"),
         ],
     }
 )
@@ -65,6 +70,7 @@ class ProfileConfig:
 
     scenario: Annotated[tuple[str, ...], tyro.conf.arg(help="Scenarios.")] = ("paper-hw-2", "paper-sim-50")
     repeats: Annotated[int, tyro.conf.arg(help="Times that the episode is played again.")] = 10
+    worlds: Annotated[tuple[int, ...], tyro.conf.arg(help="Worlds in a step, one column each.")] = (1,)
     json: Annotated[Path | None, tyro.conf.arg(help="Also write the times to this file.")] = None
 
 
@@ -108,10 +114,29 @@ def actions_of(env: Any, seed: int = 0) -> list[Any]:
     return taken
 
 
-def profile(scenario: str, repeats: int, *, seed: int = 0, **overrides: Any) -> dict[str, float]:
+def actions_of_worlds(env: RendezvousVectorEnv, seed: int = 0) -> list[Any]:
+    """The same in a batch of worlds."""
+    policy, taken = make_policy("active", env.scenario), []
+    observations, _ = env.reset(seed=seed)
+    policy.reset_rows(range(seed, seed + env.n_worlds))
+    while not env.over.all():
+        taken.append(policy.act_rows(observations))
+        observations = env.step(taken[-1]).observations
+    return taken
+
+
+def profile(
+    scenario: str, repeats: int, *, seed: int = 0, n_worlds: int = 1, **overrides: Any
+) -> dict[str, float]:
     """Milliseconds of a step by part, the mean over an episode; the whole step is timed from outside."""
-    env = parallel_env(scenario, **overrides)
-    actions, spent = actions_of(env, seed), []
+    env: Any
+    if n_worlds == 1:
+        env = parallel_env(scenario, **overrides)
+        actions = actions_of(env, seed)
+    else:
+        env = vector_env(scenario, n_worlds=n_worlds, **overrides)
+        actions = actions_of_worlds(env, seed)
+    spent = []
     for _ in range(repeats):
         env.reset(seed=seed)
         watch = Stopwatch(len(actions))
@@ -143,7 +168,11 @@ def show(found: Mapping[str, Mapping[str, float]], console: Console) -> None:
 def main(config: ProfileConfig) -> None:
     """Measure, show, write."""
     console = Console(width=None if sys.stdout.isatty() else 120)
-    found = {name: profile(name, config.repeats) for name in track(config.scenario, "steps", console=console)}
+    columns = [(name, n) for name in config.scenario for n in config.worlds]
+    found = {
+        name if n == 1 else f"{name}, {n} worlds": profile(name, config.repeats, n_worlds=n)
+        for name, n in track(columns, "steps", console=console)
+    }
     show(found, console)
     if config.json is not None:
         write_json(config.json, found)
