@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from envs._cohorts import Cohort
 from envs._episode import Episode
 from envs._observation import Field
 from wifipgo.errors import BadInputError, require
@@ -43,7 +44,7 @@ class VectorSnapshot:
         format: `FORMAT` of the version that took it.
         scenario: That of the environment, before options of a reset.
         blocks: Name and size of each block of the observation.
-        cohorts: Worlds that began together, and their episode.
+        cohorts: Worlds that began together, and where they stand.
         seeds: Of each world: root of its chance and number of its episode.
         last: What the last reset or step gave.
     """
@@ -51,7 +52,7 @@ class VectorSnapshot:
     format: int
     scenario: Scenario
     blocks: tuple[tuple[str, int], ...]
-    cohorts: tuple[tuple[np.ndarray, Episode], ...]
+    cohorts: tuple[Cohort, ...]
     seeds: tuple[tuple[int, int] | None, ...]
     last: dict[str, np.ndarray]
 

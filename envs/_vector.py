@@ -18,14 +18,12 @@ from envs._cohorts import REPLACED, Cohort, without
 from envs._episode import Episode
 from envs._playing import played, settings_of, shown
 from envs._snapshot import FORMAT, VectorSnapshot, blocks_of, check_snapshot
-from envs._state import state
 from envs._vector_arguments import checked_actions, checked_mask, checked_n_worlds, checked_seeds
 from envs._vector_results import Buffers, Columns, Infos, Part, VectorStep, columns_of, merged, step_of
 from envs.render.config import DEFAULT_HEIGHT_PX, RenderConfig
 from wifipgo.arithmetic import plain_arithmetic
 from wifipgo.errors import BadInputError, require
 from wifipgo.heap import keep_freed_memory
-from wifipgo.loop.one_world import one_world
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
 
@@ -175,7 +173,7 @@ class RendezvousVectorEnv(EzPickle):
             now, rewards, ended, cut = played(cohort.episode, own, self._settings)
             view = shown(now, self._settings)
             columns = columns_of(view, self.n_robots, rewards, ended, cut)
-            cohorts.append(Cohort(cohort.worlds, now))
+            cohorts.append(cohort.advanced(now, ended | cut))
             parts.append(Part(cohort.worlds[among], among, columns))
         last = merged(parts, self._last, self.n_worlds)
         out = step_of(last, self._settings, self._buffers)
@@ -191,9 +189,9 @@ class RendezvousVectorEnv(EzPickle):
     def state(self) -> Float32[np.ndarray, "worlds numbers"]:
         """What is true and believed of each team, scaled: for a centralised critic."""
         out = np.zeros((self.n_worlds, *self.state_space.shape), dtype=np.float32)
-        for worlds, now in self.cohorts:
-            there = worlds != REPLACED
-            out[worlds[there]] = state(now.tick, now.scenario)[there]
+        for cohort in self.cohorts:
+            there = cohort.worlds != REPLACED
+            out[cohort.worlds[there]] = cohort.states()[there]
         return out
 
     def action_masks(self) -> Int8[np.ndarray, "worlds robots choices"]:
@@ -217,7 +215,7 @@ class RendezvousVectorEnv(EzPickle):
             format=FORMAT,
             scenario=self.scenario,
             blocks=blocks_of(self.layout),
-            cohorts=tuple((worlds, now.kept()) for worlds, now in self.cohorts),
+            cohorts=tuple(one._replace(episode=one.episode.kept()) for one in self.cohorts),
             seeds=tuple(self._seeds),
             last=dict(self._last),
         )
@@ -237,7 +235,7 @@ class RendezvousVectorEnv(EzPickle):
         require(n == self.n_worlds, "snapshot", f"of {self.n_worlds} worlds", n)
         out = step_of(kept.last, self._settings, self._buffers)
         self._seeds, self._last = list(kept.seeds), dict(kept.last)
-        self._cohorts = tuple(Cohort(worlds, now) for worlds, now in kept.cohorts)
+        self._cohorts = kept.cohorts
         return out.observations, out.infos
 
     @plain_arithmetic
@@ -268,11 +266,8 @@ class RendezvousVectorEnv(EzPickle):
     def _alone(self, world: int) -> tuple[World, Tick]:
         """One world as a batch of one."""
         require(0 <= world < self.n_worlds, "world", f"in 0..{self.n_worlds - 1}", world)
-        for worlds, now in reversed(self.cohorts):
-            at = np.flatnonzero(worlds == world)
-            if len(at):
-                return one_world(now.world, now.tick, int(at[0]), now.scenario)
-        raise AssertionError(world)
+        (cohort,) = (one for one in self.cohorts if world in one.worlds)
+        return cohort.alone(world)
 
     def close(self) -> None:
         """Nothing is held open."""

@@ -74,7 +74,9 @@ def test_a_world_of_a_batch_is_the_world_alone(name: str) -> None:
             for batch, each in zip(step[1:4], (rewards, ended, cut), strict=True):
                 assert_alike(batch, each, k, env.possible_agents)
             assert_alike(step.infos, said, k, env.possible_agents)
-            np.testing.assert_array_equal(env.state()[k], one.state())
+    for k, one in enumerate(alone):  # those that ended before the others stand as they did then
+        np.testing.assert_array_equal(env.state()[k], one.state())
+        np.testing.assert_array_equal(env.tick_of(k).truth.poses, one.tick.truth.poses)
     assert all(not one.agents for one in alone)
     assert n_met > 0
 
