@@ -164,6 +164,12 @@ def _vmas(scenario: str, n_envs: int, **options: Any) -> Call:
 
 def peers() -> Iterator[Peer]:
     """Ours first, then the others."""
+    yield from ours()
+    yield from others()
+
+
+def ours() -> Iterator[Peer]:
+    """Ours, alone and in batches."""
     radio = "driving, lidar, radio channel, AOA, pose graphs"
     for policy in ("active", "random"):
         for scenario, agents in (("paper-hw-2", 2), ("paper-sim-50", 50)):
@@ -181,6 +187,10 @@ def peers() -> Iterator[Peer]:
     yield Peer(
         "wifipgo, physics + lidar only", "driving, lidar, 20 boxes", 50, lambda: physics_and_lidar()[2]
     )
+
+
+def others() -> Iterator[Peer]:
+    """A yardstick on the same engine, and what others have."""
     naive = "driving, lidar, 20 boxes"
     yield Peer("naive pymunk ParallelEnv", naive, 50, lambda: stepping(NaiveEnv(50)))
     spread = partial(_module, "mpe2.simple_spread_v3", "parallel_env", continuous_actions=True)

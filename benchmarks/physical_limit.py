@@ -2,7 +2,7 @@
 
 Run: ``python -m benchmarks.physical_limit [--worlds 64]``. Speeds of the machine are measured: matrix
 products, copying memory, sines, substeps of the engine. What a step of ``paper-sim-2`` needs of each is
-counted from its sizes (`counted`). The sum is a floor for this way of computing, on one core: no
+counted from its sizes. The sum is a floor for this way of computing, on one core: no
 work is counted twice, none that is only bookkeeping is counted at all.
 """
 
@@ -28,6 +28,8 @@ from envs.rendezvous_v0 import vector_env
 from wifipgo.command.command_line import exit_code
 
 _REPEATS = 30
+_PATHS, _SUBCARRIERS = 5, 30  # of a link in a room without obstacles
+_TOUCHING = 0.06  # share of the worlds in which somebody touches something, active policy
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,46 +108,64 @@ def _substep_s() -> float:
     return least(steps) / 100.0
 
 
-def counted(n_worlds: int, scenario: str) -> list[Work]:
-    """Work of a step in the middle of an episode, by part; sizes are those of the scenario."""
-    env = vector_env(scenario, n_worlds=n_worlds)
-    given, n_rows, n_times = env.scenario, n_worlds * env.n_robots, env.scenario.n_steps / 2
-    links, packets = n_rows * given.n_slots, given.turn.n_positions
-    pairs, paths, subcarriers, grid = (
-        n_worlds * env.n_robots * (env.n_robots - 1) / 2,
-        5,
-        30,
-        given.turn.n_azimuths,
-    )
-    csi_bytes = 2 * links * packets * subcarriers * 8.0
-    numbers = env.single_observation_space.shape[0]  # type: ignore[index]
-    edges = n_rows * n_times * 2.5
+class Sizes(NamedTuple):
+    """Of a batch in the middle of an episode."""
+
+    worlds: int
+    rows: int
+    times: float
+    pairs: float
+    links: int
+    packets: int
+    grid: int
+    numbers: int
+
+    @classmethod
+    def of(cls, n_worlds: int, scenario: str) -> "Sizes":
+        """Those of a scenario."""
+        env = vector_env(scenario, n_worlds=n_worlds)
+        given, n = env.scenario, env.n_robots
+        return cls(
+            worlds=n_worlds,
+            rows=n_worlds * n,
+            times=given.n_steps / 2,
+            pairs=n_worlds * n * (n - 1) / 2,
+            links=n_worlds * n * given.n_slots,
+            packets=given.turn.n_positions,
+            grid=given.turn.n_azimuths,
+            numbers=sum(field.size for field in env.layout),
+        )
+
+
+def radio(of: Sizes) -> list[Work]:
+    """Work of the radio."""
+    n, csi_bytes = of.links * of.packets, 2 * of.links * of.packets * _SUBCARRIERS * 8.0
     return [
         Work(
-            "paths and rates of pairs", sines=pairs * paths * 6, moved=pairs * paths * subcarriers * 16.0 * 4
+            "paths and rates of pairs",
+            sines=of.pairs * _PATHS * 6,
+            moved=of.pairs * _PATHS * _SUBCARRIERS * 16.0 * 4,
         ),
         Work(
             "CSI: paths x packets x subcarriers",
-            flop=links * 2 * 2.0 * packets * paths * 2 * subcarriers,
-            sines=links * paths * (3 * packets + 2 * subcarriers),
+            flop=2 * 2.0 * n * _PATHS * 2 * _SUBCARRIERS,
+            sines=_PATHS * (3 * n + 2 * of.links * _SUBCARRIERS),
             moved=csi_bytes,
         ),
         Work("noise: read, added, written", moved=3 * csi_bytes),
-        Work("product over subcarriers", flop=links * packets * subcarriers * 8.0, moved=csi_bytes),
-        Work(
-            "profiles: packets x directions",
-            flop=links * 2 * 2.0 * packets * grid,
-            moved=links * grid * 4.0 * 4,
-        ),
-        Work(
-            "histories and measurements, one longer",
-            moved=2 * n_rows * n_times * 24 * 8.0 + 2 * edges * 104.0,
-        ),
-        Work(
-            "squares seen, lidar, views", flop=n_rows * (25 * 8 + 16 * 4 * 20), moved=n_rows * 256 * 4.0 * 4
-        ),
-        Work("observations", moved=2 * n_rows * numbers * 4.0),
-        Work("engine, of those who touch something", substeps=0.06 * n_worlds * 23),
+        Work("product over subcarriers", flop=n * _SUBCARRIERS * 8.0, moved=csi_bytes),
+        Work("profiles: packets x directions", flop=2 * 2.0 * n * of.grid, moved=of.links * of.grid * 16.0),
+    ]
+
+
+def rest(of: Sizes) -> list[Work]:
+    """Work of all else: poses and covariances 24 numbers, measurements 104 bytes, 2.5 a robot and step."""
+    grown = of.rows * of.times * (24 * 8.0 + 2.5 * 104.0)
+    return [
+        Work("histories and measurements, one longer", moved=2 * grown),
+        Work("squares seen, lidar, views", flop=of.rows * (25 * 8 + 16 * 4 * 20), moved=of.rows * 4096.0),
+        Work("observations", moved=2 * of.rows * of.numbers * 4.0),
+        Work("engine, of those who touch something", substeps=_TOUCHING * of.worlds * 23),
     ]
 
 
@@ -167,7 +187,8 @@ def step_s(n_worlds: int, scenario: str) -> float:
 def main(config: LimitConfig) -> None:
     """Measure and show."""
     console = Console(width=None if sys.stdout.isatty() else 110)
-    machine, works = measured(), counted(config.worlds, config.scenario)
+    machine, sizes = measured(), Sizes.of(config.worlds, config.scenario)
+    works = radio(sizes) + rest(sizes)
     whole, floor = step_s(config.worlds, config.scenario), sum(work.seconds(machine) for work in works)
     console.print(
         f"one core: {machine.flop_s / 1e9:.1f} GFLOP/s in products, {machine.byte_s / 1e9:.1f} GB/s copied, "

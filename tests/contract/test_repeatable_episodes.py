@@ -45,7 +45,7 @@ def hash_of(scenario: str) -> str:
 def elsewhere() -> dict[str, str]:
     """Hashes of all scenarios from one other process, without checks of shapes."""
     code = (
-        "import sys; sys.path.insert(0, 'tests/contract')\n"
+        "import sys; sys.path[:0] = ['tests', 'tests/contract']\n"
         "from test_repeatable_episodes import SMALL_TEAMS, hash_of\n"
         "for name in SMALL_TEAMS: print(name, hash_of(name))"
     )

@@ -1,7 +1,9 @@
 """Names in the documentation: what stands in backticks as a module, a function or a file exists."""
 
+import ast
 import importlib
 import re
+from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -15,7 +17,10 @@ NAME = re.compile(r"`((?:wifipgo|envs|baselines|train)(?:\.\w+)+)(?:[:(][^`]*)?`
 FILE = re.compile(r"`((?:wifipgo|envs|baselines|train|benchmarks|examples|tests)/[\w/.-]+\.\w+)(?:::\w+)?`")
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)(?:#[^)]*)?\)")
 # Settings of a training file, whose tables are called as packages are; files that a training writes.
-SETTINGS = {"envs.endless", "envs.overrides", "envs.interface", "training.npz"}
+SETTINGS = {
+    *("envs.endless", "envs.interface", "envs.n_envs", "envs.n_phases", "envs.n_workers", "envs.overrides"),
+    "training.npz",
+}
 GLOSSARY = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
 
 pages = pytest.mark.parametrize("page", PAGES)
@@ -30,10 +35,20 @@ def found(name: str) -> object:
             module = importlib.import_module(".".join(parts[:n]))
         except ModuleNotFoundError:
             break
+    file = ROOT / f"{'/'.join(parts[:-1])}.py"
+    if module is not None and module.__name__ not in {name, ".".join(parts[:-1])} and file.is_file():
+        return defined_in(file, parts[-1])
     thing: object = module
     for part in [] if module is None else parts[len(module.__name__.split(".")) :]:
         thing = getattr(thing, part, None)
     return thing
+
+
+def defined_in(path: Path, name: str) -> object:
+    """A class or function of a module that does not load here, for want of a package."""
+    body = ast.parse(path.read_text("utf-8")).body
+    defined = (node for node in body if isinstance(node, ast.ClassDef | ast.FunctionDef))
+    return next((node for node in defined if node.name == name), None)
 
 
 @pages

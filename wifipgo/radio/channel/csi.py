@@ -42,7 +42,8 @@ __all__ = [
 THERMAL_NOISE_DBM_PER_HZ = -174.0
 # Those of a 20 MHz channel; others in `wifipgo.radio.channel.bands`.
 REPORTED_SUBCARRIERS = BANDS[20e6].subcarriers
-_LEAST_PATHS = 8
+# Paths that products add up at a time: of so many, or a multiple, zeros behind change no bit of a sum.
+_PATHS_AT_ONCE = 8
 _MAX_ANTENNAS = 3  # as many as an Intel 5300 has
 # No robot comes near; beyond, phases lose their digits and directions between antennas their meaning.
 FARTHEST_ANTENNA_M, CLOSEST_ANTENNAS_M = 10.0, 1e-4
@@ -161,17 +162,18 @@ def pair_csi(
 def _subcarriers_by_path(
     paths: Paths, bandwidth_hz: float
 ) -> Complex64[np.ndarray, "links paths subcarriers"]:
-    """Gain of every path at every subcarrier, padded to `_LEAST_PATHS`.
+    """Gain of every path at every subcarrier, padded to a multiple of `_PATHS_AT_ONCE`.
 
-    From so many on, a sum over paths has the same bits however many zeros come after it, so a link has the
-    same CSI in any company.
+    A sum over paths then has the same bits however many zeros come after it, so a link has the same CSI in
+    any company.
     """
     each = subcarrier_phasors(paths.delay_s, bandwidth_hz=bandwidth_hz)
     each *= paths.gain.astype(np.complex64)[:, :, None]
     n_links, n_paths, n_subcarriers = each.shape
-    if n_paths >= _LEAST_PATHS:
+    n_padded = -(-n_paths // _PATHS_AT_ONCE) * _PATHS_AT_ONCE
+    if n_paths == n_padded:
         return each
-    out = np.zeros((n_links, _LEAST_PATHS, n_subcarriers), dtype=np.complex64)
+    out = np.zeros((n_links, n_padded, n_subcarriers), dtype=np.complex64)
     out[:, :n_paths] = each
     return out
 
