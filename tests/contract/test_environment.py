@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 from pettingzoo.test import api_test, max_cycles_test, parallel_api_test, parallel_seed_test, seed_test
-from support.small_teams import SMALL_TEAMS
+from support.small_teams import KINDS
 
 from envs import rendezvous_v0
 from wifipgo.scenarios import SCENARIOS
 
-every_scenario = pytest.mark.parametrize("scenario", SMALL_TEAMS)
+every_scenario = pytest.mark.parametrize("scenario", KINDS)
 both_modes = pytest.mark.parametrize("observation", ["flat", "dict"])
 
 

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from support.small_teams import SMALL_TEAMS
+from support.small_teams import KINDS
 
 from baselines.policies import POLICIES, Oracle, make_policy
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.scenarios import scenario_named
 
 
-@pytest.mark.parametrize("scenario", SMALL_TEAMS)
+@pytest.mark.parametrize("scenario", KINDS)
 @pytest.mark.parametrize("name", list(POLICIES))
 def test_actions_are_in_their_space_and_repeat(name: str, scenario: str) -> None:
     env = parallel_env(scenario)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from gymnasium.error import DependencyNotInstalled
 from pettingzoo.test import render_test
-from support.small_teams import SMALL_TEAMS
+from support.small_teams import KINDS
 
 from envs import rendezvous_v0
 
@@ -44,7 +44,7 @@ def actions(env: rendezvous_v0.RendezvousEnv) -> dict[str, np.ndarray]:
 
 @pytest.mark.usefixtures("window")
 @pytest.mark.parametrize("observation", ["flat", "dict"])
-@pytest.mark.parametrize("scenario", SMALL_TEAMS)
+@pytest.mark.parametrize("scenario", KINDS)
 def test_pettingzoo_accepts_every_mode(scenario: str, observation: Any) -> None:
     def make(render_mode: str) -> Any:
         return rendezvous_v0.env(scenario=scenario, observation=observation, render_mode=render_mode)

@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from support.small_teams import SMALL_TEAMS
+from support.small_teams import KINDS
 
 from envs import rendezvous_v0
 from wifipgo.scenarios import SCENARIOS
@@ -46,14 +46,14 @@ def elsewhere() -> dict[str, str]:
     """Hashes of all scenarios from one other process, without checks of shapes."""
     code = (
         "import sys; sys.path[:0] = ['tests', 'tests/contract']\n"
-        "from test_repeatable_episodes import SMALL_TEAMS, hash_of\n"
-        "for name in SMALL_TEAMS: print(name, hash_of(name))"
+        "from test_repeatable_episodes import KINDS, hash_of\n"
+        "for name in KINDS: print(name, hash_of(name))"
     )
     lines = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     return dict(line.split() for line in lines.splitlines())
 
 
-@pytest.mark.parametrize("scenario", SMALL_TEAMS)
+@pytest.mark.parametrize("scenario", KINDS)
 def test_the_same_again_and_anywhere(scenario: str, elsewhere: dict[str, str]) -> None:
     env = rendezvous_v0.parallel_env(scenario=scenario)
     first = trajectory_hash(env, steps_of(scenario))
@@ -62,7 +62,7 @@ def test_the_same_again_and_anywhere(scenario: str, elsewhere: dict[str, str]) -
 
 
 @pytest.mark.parametrize("observation", ["flat", "dict"])
-@pytest.mark.parametrize("scenario", SMALL_TEAMS)
+@pytest.mark.parametrize("scenario", KINDS)
 def test_copies_are_made_of_the_arguments(scenario: str, observation: str) -> None:
     env = rendezvous_v0.parallel_env(scenario, observation=observation, reward="team_error", n_obstacles=2)
     before = env.reset(seed=SEED)[0]["robot_1"]

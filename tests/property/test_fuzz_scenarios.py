@@ -6,7 +6,7 @@ from wifipgo.scenarios import field_owners
 
 def test_no_scenario_escapes() -> None:
     """No exception but a refusal, no nan, no observation outside its space, every info finite."""
-    assert [fault for seed in range(100) for fault in escaped(seed, n_steps=3)] == []
+    assert [fault for seed in range(60) for fault in escaped(seed, n_steps=3)] == []
 
 
 def test_every_field_is_drawn() -> None:
