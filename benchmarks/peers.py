@@ -201,10 +201,11 @@ def others() -> Iterator[Peer]:
         yield Peer("SISL pursuit_v5", "grid, 30 evaders", n, partial(pursuit, n_pursuers=n))
     waterworld = partial(_module, "pettingzoo.sisl.waterworld_v4", "parallel_env", n_coop=4)
     yield Peer("SISL waterworld_v4", "driving, lidar, obstacle", 50, partial(waterworld, n_pursuers=50))
-    for n_envs in (1, 32, 1024):
+    for n_envs in (1, 32):
         options = {"n_agents": 50, "n_targets": 20, "lidar_range": 0.35, "use_agent_lidar": True}
         found = partial(_vmas, "discovery", n_envs, **options)
         yield Peer("VMAS discovery", "driving, lidar, 20 targets", 50, found, n_envs)
+    for n_envs in (1, 32, 1024):
         found = partial(_vmas, "navigation", n_envs, n_agents=10, collisions=True)
         yield Peer("VMAS navigation", "driving, lidar", 10, found, n_envs)
 
