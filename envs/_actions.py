@@ -11,7 +11,6 @@ from jaxtyping import Bool, Float, Int8, Real
 
 from envs.directions import N_CHOICES, N_MOTIONS, STAY, choice_mask, waypoints_of
 from wifipgo.errors import BadInputError, quoted, require
-from wifipgo.rows import Rows as Team
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief, Commands
 
@@ -153,7 +152,7 @@ def _free_steps(belief: Belief, scenario: Scenario) -> Float[np.ndarray, "robots
     """Lidar in each robot's own step lengths, by the numbers that the observation shows."""
     arena = scenario.arena
     shown = (belief.sensed.lidar_m / arena.lidar_range_m).astype(np.float32).astype(np.float64)
-    steps_m = Team.of(len(shown), scenario.n_robots).tiled(arena.steps_m(scenario.n_robots))
+    steps_m = arena.steps_m(scenario.n_robots, len(shown) // scenario.n_robots)
     return arena.lidar_range_m / np.maximum(steps_m, 1e-6)[:, None] * shown
 
 

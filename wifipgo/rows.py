@@ -5,7 +5,7 @@ is a flat list that names rows, so a batch of worlds is one large team between w
 heard, and one world is a batch of one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,12 +39,6 @@ class Rows(NamedTuple):
         """How many of these rows are in each world."""
         return np.bincount(self.world(row), minlength=self.n_worlds)
 
-    def tiled(self, per_robot: Shaped[np.ndarray, "robots ..."]) -> Shaped[np.ndarray, "rows ..."]:
-        """What holds for each robot of a world, for the rows of all worlds."""
-        if self.n_worlds == 1:
-            return per_robot
-        return np.concatenate([per_robot] * self.n_worlds)
-
     def by_world(self, x: Shaped[np.ndarray, "rows ..."]) -> Shaped[np.ndarray, "worlds robots ..."]:
         """The same with an axis of worlds."""
         return x.reshape(self.n_worlds, self.n_robots, *x.shape[1:])
@@ -76,45 +70,41 @@ class Generators:
         """Normal numbers of mean 0 and variance 1."""
         if len(self.each) == 1:
             return self.each[0].standard_normal(size, dtype=dtype)
-        out = np.empty(size, dtype=dtype)
-        for rng, share in self._shares(out):
-            rng.standard_normal(dtype=dtype, out=share)
-        return out
+        return self._drawn(size, dtype, lambda rng, share: rng.standard_normal(dtype=dtype, out=share))
 
     def random(self, size: Any = None, dtype: Any = np.float64) -> Any:
         """Uniform numbers in [0, 1)."""
         if len(self.each) == 1:
             return self.each[0].random(size, dtype=dtype)
-        out = np.empty(size, dtype=dtype)
-        for rng, share in self._shares(out):
-            rng.random(dtype=dtype, out=share)
-        return out
+        return self._drawn(size, dtype, lambda rng, share: rng.random(dtype=dtype, out=share))
 
     def uniform(self, low: float = 0.0, high: float = 1.0, size: Any = None) -> Any:
         """Uniform numbers in [low, high)."""
         if len(self.each) == 1:
             return self.each[0].uniform(low, high, size)
-        out = np.empty(size)
-        for rng, share in self._shares(out):
-            share[...] = rng.uniform(low, high, share.shape)
-        return out
+        return self._drawn(size, np.float64, lambda rng, share: rng.uniform(low, high, share.shape))
 
     def gumbel(self, *, size: Any) -> np.ndarray:
         """Gumbel numbers of location 0 and scale 1."""
         if len(self.each) == 1:
             return self.each[0].gumbel(size=size)
-        out = np.empty(size)
-        for rng, share in self._shares(out):
-            share[...] = rng.gumbel(size=share.shape)
-        return out
+        return self._drawn(size, np.float64, lambda rng, share: rng.gumbel(size=share.shape))
 
     def integers(self, high: int, size: Any = None) -> Any:
         """Whole numbers in [0, high)."""
         if len(self.each) == 1:
             return self.each[0].integers(high, size=size)
-        out = np.empty(size, dtype=np.int64)
+        return self._drawn(size, np.int64, lambda rng, share: rng.integers(high, size=share.shape))
+
+    def _drawn(
+        self, size: Any, dtype: Any, draw: Callable[[np.random.Generator, np.ndarray], Any]
+    ) -> np.ndarray:
+        """Numbers of all worlds; a draw gives a world's share, or has written it in place."""
+        out = np.empty(size, dtype=dtype)
         for rng, share in self._shares(out):
-            share[...] = rng.integers(high, size=share.shape)
+            drawn = draw(rng, share)
+            if drawn is not share:
+                share[...] = drawn
         return out
 
     def _shares(self, out: np.ndarray) -> list[tuple[np.random.Generator, np.ndarray]]:

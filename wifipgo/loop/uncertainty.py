@@ -13,7 +13,6 @@ from wifipgo.graph.covariance import (
     smaller_covariance,
 )
 from wifipgo.graph.edges import Edges
-from wifipgo.rows import Rows
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Belief, Paths
 from wifipgo.world.coverage import TOLERANCE_M
@@ -65,7 +64,7 @@ def _solved(met: Sequence[Sequence[int]], n_rows: int, scenario: Scenario) -> In
 
 def stated_sigmas(scenario: Scenario, n_rows: int) -> Float[np.ndarray, "robots 2"]:
     """What the robots of all worlds take the standard deviations of their sensors to be."""
-    return Rows.of(n_rows, scenario.n_robots).tiled(scenario.sensing.stated_sigmas(scenario.n_robots))
+    return scenario.sensing.stated_sigmas(scenario.n_robots, n_rows // scenario.n_robots)
 
 
 def _reach_m(scenario: Scenario) -> float:

@@ -124,12 +124,12 @@ class ArenaConfig:
         if obstacles_m:
             map_checks.check_room_left(obstacles_m, starts, **body)
 
-    def steps_m(self, n_robots: int) -> Float[np.ndarray, " robots"]:
-        """Longest drive of each robot in an iteration."""
+    def steps_m(self, n_robots: int, n_worlds: int = 1) -> Float[np.ndarray, " rows"]:
+        """Longest drive of each robot in an iteration, robot by robot of each world."""
         scale = np.array(self.step_scale) if self.step_scale else np.ones(n_robots)
         rule = f"empty or {n_robots} long"
         require(len(scale) == n_robots, "ArenaConfig.step_scale", rule, self.step_scale)
-        return self.step_m * scale
+        return np.tile(self.step_m * scale, n_worlds)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
