@@ -1,9 +1,8 @@
 """Isaac Lab's multi-agent vector interface: dicts of tensors, ends, and what skrl makes of it."""
 
-from typing import Any
-
 import numpy as np
 import pytest
+from support.kinds_of_worlds import KINDS
 
 pytest.importorskip("torch", reason="training is an extra")
 
@@ -11,12 +10,6 @@ import torch
 
 from envs.rendezvous_v0 import parallel_env
 from train.isaac_lab_env import RendezvousMarlEnv
-
-KINDS: dict[str, dict[str, Any]] = {
-    "small": {"scenario": "paper-sim-2", "size_m": 4.0, "n_steps": 4},
-    "ends of their own": {"scenario": "paper-sim-2", "size_m": 4.0, "max_measurements": 3},
-    "choices": {"scenario": "paper-hw-2-obstacles", "n_steps": 3, "actions": "discrete"},
-}
 
 
 @pytest.mark.parametrize("kind", KINDS)

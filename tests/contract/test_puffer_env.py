@@ -1,18 +1,11 @@
 """PufferLib's environment: flat rows, written in place, with or without PufferLib."""
 
-from typing import Any
-
 import numpy as np
 import pytest
+from support.kinds_of_worlds import KINDS
 
 from envs.puffer_env import RendezvousPufferEnv
 from envs.rendezvous_v0 import parallel_env
-
-KINDS: dict[str, dict[str, Any]] = {
-    "small": {"scenario": "paper-sim-2", "size_m": 4.0, "n_steps": 4},
-    "ends of their own": {"scenario": "paper-sim-2", "size_m": 4.0, "max_measurements": 3},
-    "choices": {"scenario": "paper-hw-2-obstacles", "n_steps": 3, "actions": "discrete"},
-}
 
 
 @pytest.mark.parametrize("kind", KINDS)
