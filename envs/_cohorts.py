@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float32, Int
 
 from envs._episode import Episode
 from envs._state import state
-from wifipgo.loop.one_world import one_world
+from wifipgo.loop.one_world import one_tick, one_world
 from wifipgo.state import Tick, World
 
 REPLACED = -1  # number of a world that has begun anew elsewhere
@@ -24,7 +24,7 @@ class Cohort(NamedTuple):
 
     worlds: Int[np.ndarray, " some"]
     episode: Episode
-    ended: dict[int, tuple[World, Tick]] = {}  # noqa: RUF012 (never written to)
+    ended: dict[int, Tick] = {}  # noqa: RUF012 (never written to)
 
     def among(self, mask: Bool[np.ndarray, " worlds"]) -> Int[np.ndarray, " among"]:
         """Places of those of its worlds for which a mask of the batch holds."""
@@ -38,20 +38,27 @@ class Cohort(NamedTuple):
         new = [k for k in over.nonzero()[0].tolist() if self.worlds[k] not in {REPLACED, *self.ended}]
         if not new:
             return self._replace(episode=now)
-        last = {int(self.worlds[k]): one_world(now.world, now.tick, k, now.scenario) for k in new}
+        last = {int(self.worlds[k]): one_tick(now.tick, k, now.rows) for k in new}
         return self._replace(episode=now, ended=self.ended | last)
 
-    def alone(self, world: int) -> tuple[World, Tick]:
-        """One of its worlds as a batch of one, as it stood at its end if it is over."""
+    def tick_of(self, world: int) -> Tick:
+        """Tick of one of its worlds as a batch of one, that of its end if it is over."""
         if world in self.ended:
             return self.ended[world]
-        (place,) = np.flatnonzero(self.worlds == world)
-        return one_world(self.episode.world, self.episode.tick, int(place), self.episode.scenario)
+        return one_tick(self.episode.tick, self._place(world), self.episode.rows)
+
+    def world_of(self, world: int) -> World:
+        """What stands still in one of its worlds."""
+        return one_world(self.episode.world, self._place(world), self.episode.scenario)
+
+    def _place(self, world: int) -> int:
+        (place,) = np.flatnonzero(self.worlds == world).tolist()
+        return int(place)
 
     def states(self) -> Float32[np.ndarray, "worlds numbers"]:
         """State of each of its worlds."""
         out = state(self.episode.tick, self.episode.scenario)
-        for world, (_, tick) in self.ended.items():
+        for world, tick in self.ended.items():
             out[self.worlds == world] = state(tick, self.episode.scenario)
         return out
 

@@ -12,7 +12,7 @@ from jaxtyping import Bool
 from envs._autoreset import step_and_reset
 from envs._rendezvous import RendezvousEnv
 from envs._team_env import joined_actions, joined_boxes
-from envs._vector import RESET_MASK, RendezvousVectorEnv
+from envs._vector import RESET_MASK, flat_vector_env
 from envs._vector_results import Infos, VectorStep
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
@@ -46,10 +46,8 @@ class RendezvousTeamVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         **arguments: Any,
     ) -> None:
         """Make the worlds, and join the spaces of their robots."""
-        observation = arguments.pop("observation", "flat")
-        require(observation == "flat", "observation", "'flat' for a team", observation)
         self._mode = AutoresetMode(autoreset_mode)
-        self.robots = RendezvousVectorEnv(scenario, n_worlds=num_envs, render_mode=render_mode, **arguments)
+        self.robots = flat_vector_env(scenario, num_envs, whom="a team", render_mode=render_mode, **arguments)
         self.metadata = RendezvousEnv.metadata | {"autoreset_mode": self._mode}
         self.num_envs, self.render_mode = num_envs, render_mode
         n = self.robots.n_robots

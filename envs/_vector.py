@@ -248,26 +248,31 @@ class RendezvousVectorEnv(EzPickle):
         if self.render_mode is None:
             logger.warn("render() draws nothing without render_mode='rgb_array'")
             return None
-        from envs.render.mosaic import mosaic, picture_of  # noqa: PLC0415 (pygame loads with a picture)
+        from envs.render.mosaic import mosaic  # noqa: PLC0415 (pygame loads with a picture)
 
         which = range(self.n_worlds) if world is None else [world]
-        views = (self._alone(k) for k in which)
-        scenario = self.cohorts[-1].episode.scenario
-        return mosaic([picture_of(tick, room, scenario, self._picture) for room, tick in views])
+        return mosaic([self._picture_of(k) for k in which])
+
+    def _picture_of(self, world: int) -> UInt8[np.ndarray, "height width 3"]:
+        from envs.render.mosaic import picture_of  # noqa: PLC0415
+
+        home = self._home(world)
+        views = home.tick_of(world), home.world_of(world)
+        return picture_of(*views, home.episode.scenario, self._picture)
 
     def tick_of(self, world: int) -> Tick:
         """State of one world, truth included: for evaluation and pictures, never for policies."""
-        return self._alone(world)[1]
+        return self._home(world).tick_of(world)
 
     def world_of(self, world: int) -> World:
         """Room and obstacles of one world."""
-        return self._alone(world)[0]
+        return self._home(world).world_of(world)
 
-    def _alone(self, world: int) -> tuple[World, Tick]:
-        """One world as a batch of one."""
+    def _home(self, world: int) -> Cohort:
+        """The cohort that a world belongs to."""
         require(0 <= world < self.n_worlds, "world", f"in 0..{self.n_worlds - 1}", world)
-        (cohort,) = (one for one in self.cohorts if world in one.worlds)
-        return cohort.alone(world)
+        (home,) = (cohort for cohort in self.cohorts if world in cohort.worlds)
+        return home
 
     def close(self) -> None:
         """Nothing is held open."""
@@ -277,4 +282,17 @@ def vector_env(
     scenario: str | PathLike[str] | Scenario = "paper-hw-2", n_worlds: int = 64, **arguments: Any
 ) -> RendezvousVectorEnv:
     """Many worlds at once; arguments of `parallel_env`."""
+    return RendezvousVectorEnv(scenario, n_worlds=n_worlds, **arguments)
+
+
+def flat_vector_env(
+    scenario: str | PathLike[str] | Scenario,
+    n_worlds: int,
+    *,
+    whom: str,
+    observation: str = "flat",
+    **arguments: Any,
+) -> RendezvousVectorEnv:
+    """Many worlds for adapters that take flat observations only; ``whom`` says what they are for."""
+    require(observation == "flat", "observation", f"'flat' for {whom}", observation)
     return RendezvousVectorEnv(scenario, n_worlds=n_worlds, **arguments)

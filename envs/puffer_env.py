@@ -11,8 +11,7 @@ import numpy as np
 from gymnasium import spaces
 
 from envs._autoreset import step_and_reset
-from envs._vector import RendezvousVectorEnv
-from wifipgo.errors import require
+from envs._vector import flat_vector_env
 from wifipgo.scenarios import Scenario
 
 try:
@@ -47,9 +46,7 @@ class RendezvousPufferEnv(PufferEnv):
         **arguments: Any,
     ) -> None:
         """Make the worlds, then the buffers."""
-        observation = arguments.pop("observation", "flat")
-        require(observation == "flat", "observation", "'flat' for rows", observation)
-        self.worlds = RendezvousVectorEnv(scenario, n_worlds=num_worlds, **arguments)
+        self.worlds = flat_vector_env(scenario, num_worlds, whom="rows", **arguments)
         self.single_observation_space = self.worlds.single_observation_space
         self.single_action_space = self.worlds.single_action_space
         self.num_agents = num_worlds * self.worlds.n_robots

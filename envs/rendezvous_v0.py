@@ -16,7 +16,7 @@ from envs._spaces import by_name
 from envs._team_env import RendezvousTeamEnv
 from envs._team_vector_env import RendezvousTeamVectorEnv
 from envs._turn_based import CheckedActionsWrapper
-from envs._vector import RESET_MASK, RendezvousVectorEnv, vector_env
+from envs._vector import RESET_MASK, RendezvousVectorEnv, flat_vector_env, vector_env
 from envs._vector_results import Buffers, VectorStep
 from envs.directions import N_BINS, bin_azimuths
 
@@ -50,6 +50,7 @@ __all__ = [
     "bin_azimuths",
     "by_name",
     "env",
+    "flat_vector_env",
     "layout",
     "observe",
     "parallel_env",

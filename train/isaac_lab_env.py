@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from envs.rendezvous_v0 import RendezvousVectorEnv, step_and_reset
+from envs.rendezvous_v0 import flat_vector_env, step_and_reset
 from train._tensors import tensor_of
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
@@ -42,9 +42,7 @@ class RendezvousMarlEnv:
         **arguments: Any,
     ) -> None:
         """Make the worlds."""
-        observation = arguments.pop("observation", "flat")
-        require(observation == "flat", "observation", "'flat' for tensors", observation)
-        self.worlds = RendezvousVectorEnv(scenario, n_worlds=num_envs, **arguments)
+        self.worlds = flat_vector_env(scenario, num_envs, whom="tensors", **arguments)
         self.num_envs, self.device = num_envs, torch.device(device)
         self.possible_agents = self.agents = list(self.worlds.possible_agents)
         self.observation_spaces = dict.fromkeys(self.agents, self.worlds.single_observation_space)

@@ -10,9 +10,8 @@ from tensordict import TensorDict, TensorDictBase
 from torchrl.data import Bounded, Categorical, Composite, Unbounded
 from torchrl.envs import EnvBase
 
-from envs.rendezvous_v0 import RESET_MASK, RendezvousVectorEnv
+from envs.rendezvous_v0 import RESET_MASK, RendezvousVectorEnv, flat_vector_env
 from train._tensors import tensor_of
-from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
 
 GROUP = "robots"
@@ -51,9 +50,7 @@ class RendezvousTorchEnv(EnvBase):
         **arguments: Any,
     ) -> None:
         """Make the worlds, and tell TorchRL what they show."""
-        observation = arguments.pop("observation", "flat")
-        require(observation == "flat", "observation", "'flat' for tensors", observation)
-        worlds = RendezvousVectorEnv(scenario, n_worlds=num_envs, **arguments)
+        worlds = flat_vector_env(scenario, num_envs, whom="tensors", **arguments)
         super().__init__(device=device, batch_size=torch.Size([num_envs]))
         self.worlds, self.return_state = worlds, return_state
         self.group_map = {GROUP: list(worlds.possible_agents)}

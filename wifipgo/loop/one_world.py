@@ -16,31 +16,32 @@ from wifipgo.world.arena import Arena
 from wifipgo.world.coverage import CellMap, Sightings
 
 
-def one_world(world: World, tick: Tick, k: int, scenario: Scenario) -> tuple[World, Tick]:
-    """World ``k`` of a batch as a batch of one, without what solvers that run at every step know.
+def one_tick(tick: Tick, k: int, rows: Rows) -> Tick:
+    """Tick of world ``k`` of a batch as that of a batch of one.
 
-    It is what that world would be alone, so it can be advanced with its own streams unless robots solve at
-    every step.
+    What solvers that run at every step know is not in it. It is what that world would be at alone, so it can
+    be advanced with its own streams unless robots solve at every step.
     """
+    if rows.n_worlds == 1:
+        return tick
+    own = slice(k * rows.n_robots, (k + 1) * rows.n_robots)
+    return Tick(_truth(tick.truth, k, own), _belief(tick.belief, k, own))
+
+
+def one_world(world: World, k: int, scenario: Scenario) -> World:
+    """What stands still in world ``k`` of a batch, as a batch of one."""
     if world.rows.n_worlds == 1:
-        return world, tick
-    n = world.rows.n_robots
-    own = slice(k * n, (k + 1) * n)
-    return _standing(world, k, own, scenario), Tick(_truth(tick.truth, k, own), _belief(tick.belief, k, own))
-
-
-def _standing(world: World, k: int, own: slice, scenario: Scenario) -> World:
-    """What stands still in one world."""
-    layout, standing = world.layouts[k], world.standing
+        return world
+    layout, standing, n = world.layouts[k], world.standing, world.rows.n_robots
     diffuse = standing.diffuse
     if diffuse is not None and diffuse.at_m.ndim > 2:
         diffuse = diffuse._replace(at_m=diffuse.at_m[[k]], reflectivity=diffuse.reflectivity[[k]])
     return World(
-        rows=Rows(1, world.rows.n_robots),
+        rows=Rows(1, n),
         layouts=(layout,),
         scene=first_scene((layout,), scenario),
         arena=Arena((layout,), scenario.arena, turn_rad=scenario.turn.turn_rad),
-        standing=standing._replace(chain_rad=standing.chain_rad[own], diffuse=diffuse),
+        standing=standing._replace(chain_rad=standing.chain_rad[k * n : (k + 1) * n], diffuse=diffuse),
     )
 
 
