@@ -18,7 +18,7 @@ export MPLBACKEND ?= Agg
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help test lint format evaluate reproduce speed clean
+.PHONY: help test lint format evaluate reproduce speed docs clean
 
 help:  ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -45,8 +45,11 @@ reproduce: $(VENV)/.run  ## The paper's figures and claims, 10 seeds each; into 
 speed: $(VENV)/.dev  ## Time each part; table and JSON
 	$(BIN)/python -m benchmarks.speed $(ARGS)
 
+docs: $(VENV)/.docs  ## The documentation as a site in site/; open site/index.html
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict $(ARGS)
+
 clean:  ## Remove .venv, caches and build files; results/ stays
-	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) build dist site *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # Stamps: the virtual environment, what running needs, what developing needs on top.
@@ -66,4 +69,9 @@ $(VENV)/.run: $(PINS) | $(VENV)/.made
 $(VENV)/.dev: $(PINS) | $(VENV)/.made
 	@echo "Installing wifipgo and its development tools into $(VENV) (two minutes, once)"
 	@$(INSTALL) -e '.[dev,train]'
+	@touch $(VENV)/.run $@
+
+$(VENV)/.docs: $(PINS) | $(VENV)/.made
+	@echo "Installing wifipgo and what builds its documentation into $(VENV) (a minute, once)"
+	@$(INSTALL) -e '.[docs]'
 	@touch $(VENV)/.run $@
