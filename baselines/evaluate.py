@@ -1,4 +1,4 @@
-"""Policies against each other on the same worlds: ``python -m baselines.evaluate --help``."""
+"""Policies against each other on the same worlds: ``wifipgo evaluate --help``."""
 
 import sys
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Join parts of an evaluation, e.g. of a job array: ``python -m baselines.merge OUT IN...``."""
+"""Join parts of an evaluation, e.g. of a job array: ``wifipgo merge OUT IN...``."""
 
 import shlex
 import sys
@@ -34,7 +34,7 @@ class MergeConfig:
 
     The tables are those that one run of all trials writes, to the byte, and the pictures are drawn from them.
 
-    Example: python -m baselines.merge results/all results/job-*
+    Example: wifipgo merge results/all results/job-*
 
     Attributes:
         out: Folder of the joined results, new or empty.
@@ -131,9 +131,7 @@ def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; the exit code is that of `wifipgo.command.command_line`."""
 
     def job() -> None:
-        merge(
-            tyro.cli(documented(MergeConfig), prog="python -m baselines.merge", args=args), console=Terminal()
-        )
+        merge(tyro.cli(documented(MergeConfig), prog="wifipgo merge", args=args), console=Terminal())
 
     return exit_code(job)
 

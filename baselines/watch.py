@@ -1,4 +1,4 @@
-"""One policy on one world, to look at: ``python -m baselines.watch --help``."""
+"""One policy on one world, to look at: ``wifipgo watch --help``."""
 
 import sys
 from collections.abc import Iterator, Sequence
@@ -115,7 +115,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
     def job() -> None:
         watch(
-            tyro.cli(documented(WatchConfig), prog="python -m baselines.watch", args=joined(args)),
+            tyro.cli(documented(WatchConfig), prog="wifipgo watch", args=joined(args)),
             console=Terminal(),
         )
 

@@ -1,4 +1,4 @@
-"""What a scenario is: ``python -m envs.describe paper-hw-2-obstacles``."""
+"""What a scenario is: ``wifipgo describe paper-hw-2-obstacles``."""
 
 import sys
 from collections.abc import Sequence
@@ -36,11 +36,11 @@ _WIDTH = 132
 class DescribeConfig:
     """Agents, actions, observation and values of a scenario, and a picture of its room.
 
-    Example: python -m envs.describe paper-hw-2-obstacles --out room.png
+    Example: wifipgo describe paper-hw-2-obstacles --out room.png
 
-    Example: python -m envs.describe room.toml --set n_obstacles=6 size_m=30 --seed 4
+    Example: wifipgo describe room.toml --set n_obstacles=6 size_m=30 --seed 4
 
-    Example: python -m envs.describe paper-hw-2 --set size_m=30 --toml > room.toml
+    Example: wifipgo describe paper-hw-2 --set size_m=30 --toml > room.toml
 
     Attributes:
         scenario: Scenario, e.g. paper-hw-2, or a file, e.g. room.toml; an unknown one lists those that exist.
@@ -109,7 +109,7 @@ def _draw(path: Path, env: RendezvousEnv, seed: int) -> None:
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; the exit code is that of `wifipgo.command.command_line`."""
     console = Terminal() if sys.stdout.isatty() else Terminal(width=_WIDTH)
-    config = partial(tyro.cli, documented(DescribeConfig), prog="python -m envs.describe", args=joined(args))
+    config = partial(tyro.cli, documented(DescribeConfig), prog="wifipgo describe", args=joined(args))
     return exit_code(lambda: describe(config(), console=console))
 
 

@@ -7,8 +7,14 @@ import importlib
 import sys
 from typing import TYPE_CHECKING, Any
 
-if sys.argv[:1] == ["-m"]:  # a command is about to load: Ctrl-C ends it without a traceback
-    import wifipgo.command.early_interrupts  # noqa: F401
+try:  # first: Ctrl-C ends a command that loads; and names of packages may be taken by others
+    from wifipgo.command.own_packages import check_floors
+except ImportError as problem:
+    shadow = getattr(sys.modules.get("wifipgo"), "__file__", None) or "another package"
+    advice = "rename it, or work in another folder"
+    raise ImportError(f"{shadow} shadows the package 'wifipgo': {advice}") from problem
+
+check_floors("wifipgo", "envs", "baselines")
 
 if TYPE_CHECKING:
     from train._config import EnvsConfig, TrainConfig

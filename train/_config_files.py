@@ -11,6 +11,7 @@ import tyro
 from train._config import TrainConfig
 from train._yaml import read_settings
 from wifipgo.coerce import fitted
+from wifipgo.command.checkout import recorded
 from wifipgo.command.docstrings import documented
 from wifipgo.errors import BadInputError, UnknownNameError, require
 
@@ -21,7 +22,7 @@ _KEY = "key"
 _HERE = ("out", "overwrite", "resume", "config")
 
 
-def parsed(args: Sequence[str] | None = None, *, prog: str = "python -m train.ppo") -> TrainConfig:
+def parsed(args: Sequence[str] | None = None, *, prog: str = "wifipgo train") -> TrainConfig:
     """Read the command line; a YAML file stands in for the defaults.
 
     Raises:
@@ -109,4 +110,4 @@ def _flat(values: Mapping[str, Any], above: str = "") -> dict[str, Any]:
 
 def command_of(config: TrainConfig) -> str:
     """Command line that runs a configuration again, from the record that the run keeps."""
-    return f"python -m train.ppo --config {config.out / 'config.yaml'} --out OTHER"
+    return recorded("train", "--config", str(config.out / "config.yaml"), "--out", "OTHER")

@@ -1,4 +1,4 @@
-"""Train a policy with shared parameters: ``python -m train.ppo --config train/configs/paper-sim-2.yaml``.
+"""Train a policy with shared parameters: ``wifipgo train --config train/configs/paper-sim-2.yaml``.
 
 The trainer itself is `train.training`, loaded once the settings are read: torch is slow to load, or absent.
 """
@@ -22,7 +22,7 @@ def _load(*modules: str) -> None:
     """Load packages of the extra, matplotlib under our settings before any of them loads it."""
     import wifipgo.command.figures  # noqa: F401, PLC0415 (torch's users load matplotlib, which refuses some back-ends)
 
-    load_extra("train.ppo", "train", *modules)
+    load_extra("wifipgo train", "train", *modules)
 
 
 def _job(args: Sequence[str] | None, console: Console) -> None:

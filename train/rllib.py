@@ -21,6 +21,7 @@ from train._rllib_algorithm import ROBOT, exported, make_algorithm
 from train._rllib_checkpoints import RllibCheckpoints, Saved
 from train._rllib_config import RllibConfig, changed_settings, check_runners, settings_of
 from train._run_folder import check_claim, claim
+from wifipgo.command.checkout import runnable
 from wifipgo.command.docstrings import documented
 from wifipgo.command.terminal import say
 from wifipgo.errors import require
@@ -55,7 +56,7 @@ def train(config: RllibConfig, *, console: Console | None = None) -> Network:
             _claim(config)
             network = _trained(config, scenario, start, console)
     found = config.out / "policy.npz"
-    say(console, f"run it: python -m baselines.evaluate --policies active,ppo:path={found}")
+    say(console, f"run it: {runnable('evaluate', '--policies', f'active,ppo:path={found}')}")
     return network
 
 

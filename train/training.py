@@ -26,6 +26,7 @@ from train._rollouts import environments, scenarios_of
 from train._run_folder import claim
 from train._versions import versions
 from train._yaml import read_settings, written
+from wifipgo.command.checkout import runnable
 from wifipgo.command.terminal import say
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import write_json, write_text
@@ -127,7 +128,7 @@ class Run:
         say(self._console, f"weights at the end: sha256 {digest(self.model)}")
         say(self._console, f"best mean mapped share on the worlds of the selection: {self.best:.3f}")
         best = self.checkpoints.path("best") / "policy.npz"
-        say(self._console, f"run it: python -m baselines.evaluate --policies active,ppo:path={best}")
+        say(self._console, f"run it: {runnable('evaluate', '--policies', f'active,ppo:path={best}')}")
 
     def evaluated(self, updates: int) -> float:
         """Score of the model as it is; saves it, as the best if it is."""

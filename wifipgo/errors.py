@@ -2,14 +2,22 @@
 
 import reprlib
 from collections.abc import Iterable, Mapping
-from typing import TypeVar
-
-import numpy as np
+from typing import Protocol, TypeVar, runtime_checkable
 
 T = TypeVar("T")
 
 
 _QUOTED_CHARACTERS = 300
+_LONGEST_NAME = 100
+_NEAR = 0.6  # of the letters of two names that are the same and in the same order, difflib's default
+
+
+@runtime_checkable
+class Holds(Protocol):
+    """A bool, of Python or of numpy, which this module does without."""
+
+    def __bool__(self) -> bool:
+        """Whether it holds."""
 
 
 class BadInputError(ValueError):
@@ -30,7 +38,9 @@ class UnknownNameError(BadInputError):
     def __init__(self, kind: str, name: object, known: Iterable[str]) -> None:
         """Build the message from the kind of thing, the name got and the known names."""
         self.kind, self.name, self.known = kind, name, sorted(known)
-        super().__init__(f"unknown {kind} {name!r}; known: {', '.join(self.known)}")
+        listed, near = ", ".join(self.known), nearest(name, self.known)
+        hint = f"; did you mean {near!r}?" if near else ""
+        super().__init__(f"unknown {kind} {name!r}; known: {listed}{hint}")
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
         """Travel between processes: Python would rebuild it from the message alone."""
@@ -74,6 +84,15 @@ class GraphFileError(TextFileError):
     """A file of a pose graph or a trajectory whose text says what cannot be."""
 
 
+def nearest(name: object, known: Iterable[str]) -> str:
+    """The known name that was probably meant; empty if none is near."""
+    from difflib import get_close_matches  # noqa: PLC0415 (only who mistypes waits for it)
+
+    plain = {each.casefold(): each for each in known}
+    near = get_close_matches(str(name)[:_LONGEST_NAME].casefold(), plain, n=1, cutoff=_NEAR)
+    return plain[near[0]] if near else ""
+
+
 def pick(table: Mapping[str, T], name: object, kind: str) -> T:
     """Look ``name`` up, or raise `UnknownNameError` that lists what ``table`` holds."""
     if not isinstance(name, str) or name not in table:  # a list has no hash
@@ -81,7 +100,7 @@ def pick(table: Mapping[str, T], name: object, kind: str) -> T:
     return table[name]
 
 
-def require(holds: bool | np.bool_, field: str, rule: str, value: object) -> None:
+def require(holds: Holds, field: str, rule: str, value: object) -> None:
     """Raise `BadInputError` naming the field, the rule and the value unless ``holds``."""
     if not holds:
         raise BadInputError(f"{field} must be {rule}, got {quoted(value)}")

@@ -1,6 +1,5 @@
 """The command line of the evaluation, and the plan that it asks for."""
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from baselines.evaluation.plan import Plan, read_record
 from baselines.policies import POLICIES
 from baselines.policies.specs import split_list
 from wifipgo.coerce import settings
+from wifipgo.command.checkout import recorded
 from wifipgo.command.docstrings import documented
 from wifipgo.command.overrides import Overrides, joined
 from wifipgo.scenarios import Scenario, scenario_from, scenario_named
@@ -35,7 +35,7 @@ class EvaluateConfig:
     Results: episodes.parquet, steps.parquet, summary.json, config.json, err.png, arena.png,
     first-trial/ (whole episodes).
 
-    Example: python -m baselines.evaluate --scenario paper-hw-2-obstacles
+    Example: wifipgo evaluate --scenario paper-hw-2-obstacles
     --policies active,random,active:err_threshold=0.5 --trials 20 --set n_obstacles=6 --out results/boxes
 
     Attributes:
@@ -45,7 +45,7 @@ class EvaluateConfig:
         trials: Worlds that every policy meets.
         seed: Root of the seeds of all trials.
         trials_from: Number of the first trial: job k of an array plays --trials 10 --trials-from 10k, and
-            python -m baselines.merge joins the results to those of one run.
+            wifipgo merge joins the results to those of one run.
         overrides: Other values for fields of the scenario: --set n_obstacles=4 size_m=30.
         out: Folder of the results. It appears when all is done; until then see OUT.partial.
         overwrite: Replace results that are there, once the new ones are complete.
@@ -104,8 +104,7 @@ def command_of(config: EvaluateConfig) -> str:
     options |= {"trials-from": config.trials_from} if config.trials_from else {}
     words = [word for key, value in options.items() for word in (f"--{key}", str(value))]
     changes = ["--set", *config.overrides] if config.overrides else []
-    command = ["python", "-m", "baselines.evaluate", *_origin(config), *words, *changes]
-    return shlex.join([*command, "--out", str(config.out)])
+    return recorded("evaluate", *_origin(config), *words, *changes, "--out", str(config.out))
 
 
 def _origin(config: EvaluateConfig) -> list[str]:
@@ -141,6 +140,4 @@ def parsed(args: Sequence[str] | None = None) -> EvaluateConfig:
 
 
 def _cli(args: Sequence[str] | None, default: EvaluateConfig) -> EvaluateConfig:
-    return tyro.cli(
-        documented(EvaluateConfig), prog="python -m baselines.evaluate", args=joined(args), default=default
-    )
+    return tyro.cli(documented(EvaluateConfig), prog="wifipgo evaluate", args=joined(args), default=default)

@@ -1,6 +1,5 @@
 """An evaluation on the terminal: a table, the paired comparison, where the results are."""
 
-import shlex
 from pathlib import Path
 
 from rich.console import Console
@@ -9,6 +8,7 @@ from rich.text import Text
 
 from baselines.evaluation.plan import Plan
 from baselines.evaluation.statistics import Estimate, Paired, Summary
+from wifipgo.command.checkout import runnable
 from wifipgo.command.terminal import say
 
 # More policies than this make a ladder: one row each, the best score first.
@@ -53,8 +53,8 @@ def report(summary: Summary, plan: Plan, *, out: str, console: Console) -> None:
     for policy, paired in summary.paired.items():
         say(console, _comparison(policy, summary.reference, paired))
     say(console, f"results: {out}")
-    record = shlex.quote(str(Path(out) / "config.json"))
-    say(console, f"repeat:  python -m baselines.evaluate --config {record} --out OTHER")
+    record = str(Path(out) / "config.json")
+    say(console, f"repeat:  {runnable('evaluate', '--config', record, '--out', 'OTHER')}")
 
 
 def _side_by_side(table: Table, summary: Summary, plan: Plan) -> None:

@@ -30,7 +30,7 @@ class WatchConfig:
     robots hear their callers, rendezvous, and Err of each robot. It needs the extra video; a recording
     the extra viz. Neither needs a display.
 
-    Example: python -m baselines.watch --scenario paper-hw-2-obstacles --policy active --seed 3
+    Example: wifipgo watch --scenario paper-hw-2-obstacles --policy active --seed 3
     --set n_obstacles=6 --out run.mp4
 
     Attributes:

@@ -1,4 +1,4 @@
-"""``python -m baselines.reproduce``."""
+"""``wifipgo reproduce``, also as ``python -m baselines.reproduce``."""
 
 import sys
 from collections.abc import Sequence

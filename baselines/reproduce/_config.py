@@ -1,6 +1,5 @@
 """The command line of the reproduction."""
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Annotated
 import tyro
 
 from baselines.evaluation.executors import Executor
+from wifipgo.command.checkout import recorded
 from wifipgo.command.docstrings import documented
 from wifipgo.errors import require
 
@@ -21,7 +21,7 @@ class ReproduceConfig:
     claims.json there hold all of them. Episodes that several figures need are run once. The same command with
     --resume goes on after an interruption, adds figures, and runs nothing twice.
 
-    Example: python -m baselines.reproduce fig7 fig8 --trials 20 --out results/two_robots
+    Example: wifipgo reproduce fig7 fig8 --trials 20 --out results/two_robots
 
     Attributes:
         figures: all, or any of fig2 fig5 fig7 fig8 fig9 fig10.
@@ -67,8 +67,7 @@ class ReproduceConfig:
     def command(self) -> str:
         """Command line that makes the same results."""
         trials = [] if self.trials is None else ["--trials", str(self.trials)]
-        words = ["python", "-m", "baselines.reproduce", *self.figures, *trials, "--seed", str(self.seed)]
-        return shlex.join(words)
+        return recorded("reproduce", *self.figures, *trials, "--seed", str(self.seed))
 
 
 def parsed(args: Sequence[str] | None = None) -> ReproduceConfig:
@@ -78,4 +77,4 @@ def parsed(args: Sequence[str] | None = None) -> ReproduceConfig:
         ValueError: A value that is refused.
         SystemExit: The command line is not understood, or asks for help.
     """
-    return tyro.cli(documented(ReproduceConfig), prog="python -m baselines.reproduce", args=args)
+    return tyro.cli(documented(ReproduceConfig), prog="wifipgo reproduce", args=args)

@@ -67,7 +67,7 @@ def test_list_and_help_teach(capsys: pytest.CaptureFixture[str]) -> None:
         main(["--help"])
     assert end.value.code == 0
     printed = capsys.readouterr().out
-    assert "python -m envs.describe room.toml" in printed
+    assert "wifipgo describe room.toml" in printed
     assert all(f"--{option}" in printed for option in ("set", "seed", "out", "list", "toml", "fields"))
 
 

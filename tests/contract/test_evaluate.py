@@ -237,7 +237,7 @@ def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
         main(["--help"])
     printed = capsys.readouterr().out
     assert end.value.code == 0
-    assert "python -m baselines.evaluate --scenario paper-hw-2-obstacles" in printed
+    assert "wifipgo evaluate --scenario paper-hw-2-obstacles" in printed
     assert all(
         f"--{option}" in printed
         for option in ("policies", "trials", "seed", "set", "resume", "jobs", "worlds")

@@ -171,7 +171,7 @@ def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
         main(["--help"])
     printed = capsys.readouterr().out
     assert end.value.code == 0
-    assert "python -m baselines.watch --scenario paper-hw-2-obstacles" in printed
+    assert "wifipgo watch --scenario paper-hw-2-obstacles" in printed
     assert all(f"--{option}" in printed for option in ("policy", "seed", "set", "out", "rerun", "fps"))
 
 

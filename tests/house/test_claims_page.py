@@ -34,6 +34,6 @@ def test_every_figure_is_there_with_its_picture_and_run(claims: dict[str, Any]) 
     assert list(claims["figures"]) == list(FIGURES)
     for name, of in claims["figures"].items():
         assert (DOCS / documented_picture(name)).stat().st_size < 250_000
-        assert of["run"]["command"].startswith(f"python -m baselines.reproduce {name} ")
+        assert of["run"]["command"].startswith(f"wifipgo reproduce {name} ")
         assert len(of["run"]["date"]) == len("2026-01-01")
         assert of["claims"]

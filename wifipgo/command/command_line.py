@@ -27,30 +27,36 @@ import os
 import sys
 import traceback
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from io import TextIOWrapper
 from typing import IO, Any
 from unicodedata import category
 
 from wifipgo.command.early_interrupts import unwatch
 from wifipgo.errors import BadInputError, DoubtfulError, NumericalError
-from wifipgo.threads import one_thread
 
 DONE, DOUBTFUL, BAD_INPUT, NUMERICAL, DEFECT, INTERRUPTED, UNREAD = 0, 1, 2, 3, 70, 130, 141
 
 
-def exit_code(job: Callable[[], object], *, interrupted: str = "interrupted; nothing was written") -> int:
+def exit_code(
+    job: Callable[[], object],
+    *,
+    interrupted: str = "interrupted; nothing was written",
+    computes: bool = True,
+) -> int:
     """Run a command and say how it ended.
 
     Args:
         job: Reads the command line and works. `ValueError` and `RuntimeError` other than the
             named ones are defects: what the user gave is refused where it is read.
         interrupted: What to say when the user stops it: what is kept, and how to go on.
+        computes: Whether linear algebra is done, on one thread; without it numpy is not loaded.
     """
     _replace_what_cannot_be_shown()
     try:
+        threads = _one_thread() if computes else nullcontext()  # loads: before the next line
         unwatch()
-        with one_thread:
+        with threads:
             job()
         _flush(sys.stdout)
     except KeyboardInterrupt:
@@ -58,6 +64,13 @@ def exit_code(job: Callable[[], object], *, interrupted: str = "interrupted; not
     except Exception as failure:
         return _ended(*_code_and_message(failure))
     return DONE
+
+
+def _one_thread() -> AbstractContextManager[object]:
+    """Block in which linear algebra has one thread."""
+    from wifipgo.threads import one_thread  # noqa: PLC0415 (loads numpy and scipy, which help does without)
+
+    return one_thread
 
 
 def _code_and_message(failure: Exception) -> tuple[int, str]:

@@ -2,7 +2,8 @@
 
 Loading takes seconds; `wifipgo.command.command_line.exit_code`, which comes then, ends this. The packages of
 commands import `wifipgo` first, which imports this first, so it holds before anything that is slow to
-load. In programs of others it does nothing, nor where Ctrl-C is ignored (``nohup``) or handled otherwise.
+load; the command ``wifipgo`` says itself that it is one of ours. In programs of others this does nothing, nor
+where Ctrl-C is ignored (``nohup``) or handled otherwise.
 """
 
 import os
@@ -30,10 +31,18 @@ def _starts_a_command() -> bool:
     return module.partition(".")[0] in _OURS
 
 
-def watch() -> None:
-    """Answer Ctrl-C from now on, if a command is about to be loaded."""
+def watch(*, ours: bool = False) -> None:
+    """Answer Ctrl-C from now on, if a command is about to be loaded.
+
+    Args:
+        ours: Whether one is for sure.
+    """
     here = threading.current_thread() is threading.main_thread()
-    if here and _starts_a_command() and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    if (
+        here
+        and (ours or _starts_a_command())
+        and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    ):
         signal.signal(signal.SIGINT, _end)
 
 

@@ -2,7 +2,7 @@
 
 ::
 
-    python -m wifipgo.graph.optimise DIR_OR_FILE [--backend distributed] [--robust gnc] [--out DIR]
+    wifipgo optimise DIR_OR_FILE [--backend distributed] [--robust gnc] [--out DIR]
 """
 
 import sys
@@ -197,6 +197,10 @@ def run(
     before and after. The folder appears whole or not at all, the picture after it. Exit code 1 if the search
     did not converge, 2 if the graph cannot be read or the folder not be written, 3 if the search broke down.
 
+    Example: wifipgo optimise graphs/team --robust gnc --out results/team
+
+    Example: wifipgo optimise graph.g2o --backend distributed --overwrite
+
     Args:
         path: A g2o file, or a folder with one file a robot: 0.g2o, 1.g2o, ...
         backend: One computer by gtsam, or the robots by themselves (two-stage Gauss-Seidel).
@@ -241,7 +245,7 @@ def _stoppable(job: Callable[[], Outcome], *, long: bool) -> Outcome:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; the exit code is that of `wifipgo.command.command_line`."""
-    return exit_code(lambda: tyro.cli(documented(run), prog="python -m wifipgo.graph.optimise", args=args))
+    return exit_code(lambda: tyro.cli(documented(run), prog="wifipgo optimise", args=args))
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 ::
 
-    python -m wifipgo.radio.recordings PATH [--out DIR]
+    wifipgo recordings PATH [--out DIR]
 
 Reads links (`wifipgo.radio.recordings.wsr_dataset`), computes each profile
 (`wifipgo.radio.aoa.moving_aperture`) and takes its peaks with the code of the simulator
@@ -39,8 +39,10 @@ def report(
     answer and error of the WSR toolbox. Then medians and means per set, with and without
     the links marked "out", and a picture with one polar profile a link.
 
-    Examples: a raw run ``data/wsr/raw_LOS_A_L1``; a pack ``data/wsr/wsr_slim_dev.npz``;
-    a folder of either, ``data/wsr``. Exit code 2 and one line on stderr if a recording
+    Example: wifipgo recordings data/wsr/raw_LOS_A_L1 --out results/los
+
+    A pack, ``data/wsr/wsr_slim_dev.npz``, and a folder of packs or runs, ``data/wsr``, are read too.
+    Exit code 2 and one line on stderr if a recording
     cannot be read. A log alone, csi.dat, is told what it holds.
 
     Args:
@@ -67,9 +69,7 @@ def _draw(links: list[Link], bearings: list[Bearing], picture: Path, *, title: s
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; the exit code is that of `wifipgo.command.command_line`."""
-    return exit_code(
-        lambda: tyro.cli(documented(report), prog="python -m wifipgo.radio.recordings", args=args)
-    )
+    return exit_code(lambda: tyro.cli(documented(report), prog="wifipgo recordings", args=args))
 
 
 if __name__ == "__main__":
