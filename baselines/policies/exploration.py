@@ -1,7 +1,7 @@
 """Where robots that do not walk at random go: a point, the nearest square not yet seen, a sighted robot."""
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from baselines.policies.observation_view import View
 from baselines.policies.steering import ray_angles, step_towards
@@ -62,29 +62,45 @@ class BestView:
     def step(
         self, view: View, free_steps: Float[np.ndarray, "robots rays"], *, rng: Chance
     ) -> Float[np.ndarray, "robots 2"]:
-        """Waypoints along the rays that show most, as far as these are open."""
+        """Waypoints along the rays that are worth most, as far as these are open."""
         angle_rad, length = ray_angles(free_steps.shape[1]), safe_lengths(free_steps)
-        shown, rest = self._after(view, angle_rad, length)
-        worth = shown - np.where(np.isfinite(rest), rest, 0.0)
+        worth = self._worth(view, self._landings(view, angle_rad, length))
         ray = np.where(length >= _LEAST_STEP, worth, -np.inf).argmax(axis=1)
         rows = np.arange(len(ray))
         body = np.stack([np.cos(angle_rad), np.sin(angle_rad)], axis=-1)[ray]
         return length[rows, ray][:, None] * body
 
-    def _after(
+    def _worth(
+        self, view: View, there: Float[np.ndarray, "robots rays 2"]
+    ) -> Float[np.ndarray, "robots rays"]:
+        """Squares that come in range at each place, less the steps from there to the nearest other."""
+        shown, rest = self._after(there, candidates(view.survey))
+        return shown - rest
+
+    def _landings(
         self, view: View, angle_rad: Float[np.ndarray, " rays"], length: Float[np.ndarray, "robots rays"]
-    ) -> tuple[Int[np.ndarray, "robots rays"], Float[np.ndarray, "robots rays"]]:
-        """Squares that a step along each ray brings in range, and steps from there to the nearest other."""
+    ) -> Float[np.ndarray, "robots rays 2"]:
+        """Where a step along each ray ends, in room sizes."""
         heading = view.own("heading")
         world_rad = angle_rad[None] + np.arctan2(heading[:, 1], heading[:, 0])[:, None]
         ahead = self._step * length[..., None] * np.stack([np.cos(world_rad), np.sin(world_rad)], axis=-1)
-        there = view.own("position")[:, None] + ahead
-        x2, y2 = (np.square(there[..., k, None] - BINS) for k in (0, 1))
-        away2 = (x2[..., :, None] + y2[..., None, :]).reshape(*there.shape[:2], -1)
-        away2 += np.where(candidates(view.survey), 0.0, np.inf)[:, None]
+        return view.own("position")[:, None] + ahead
+
+    def _after(
+        self, there: Float[np.ndarray, "robots rays 2"], wanted: Bool[np.ndarray, "robots squares"]
+    ) -> tuple[Float[np.ndarray, "robots rays"], Float[np.ndarray, "robots rays"]]:
+        """Wanted squares in range of each place, and steps to the nearest other; 0 if there is none."""
+        away2 = _away2(there) + np.where(wanted, 0.0, np.inf)[:, None]
         near = away2 <= self._sight**2
         np.copyto(away2, np.inf, where=near)
-        return np.count_nonzero(near, axis=2), np.sqrt(away2.min(axis=2)) / self._step
+        rest = np.sqrt(away2.min(axis=2)) / self._step
+        return np.count_nonzero(near, axis=2).astype(np.float64), np.where(np.isfinite(rest), rest, 0.0)
+
+
+def _away2(there: Float[np.ndarray, "robots rays 2"]) -> Float[np.ndarray, "robots rays squares"]:
+    """Squared distances from places to the middles of all squares, in room sizes."""
+    x2, y2 = (np.square(there[..., k, None] - BINS) for k in (0, 1))
+    return (x2[..., :, None] + y2[..., None, :]).reshape(*there.shape[:2], -1)
 
 
 class Frontier:

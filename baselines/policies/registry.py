@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from baselines.policies import scripted
+from baselines.policies import scripted, team_rules
 from baselines.policies.learned.policy import LearnedPolicy
 from baselines.policies.oracle import OracleBearing
 from baselines.policies.policy import DrivesTeams
@@ -16,6 +16,7 @@ from wifipgo.scenarios import Scenario
 POLICIES: Mapping[str, Callable[..., DrivesTeams]] = MappingProxyType(
     {
         "active": ActiveRendezvous,
+        "both_drive": team_rules.both_drive,
         "convoy": scripted.convoy,
         "covariance": scripted.covariance,
         "fixed_point": scripted.fixed_point,
@@ -23,13 +24,17 @@ POLICIES: Mapping[str, Callable[..., DrivesTeams]] = MappingProxyType(
         "frontier_active": scripted.frontier_active,
         "frontier_home": scripted.frontier_home,
         "leapfrog": scripted.leapfrog,
+        "mesh": team_rules.mesh,
         "oracle_bearing": OracleBearing,
         "periodic": scripted.periodic,
         "persistent": scripted.persistent,
         "persistent_active": scripted.persistent_active,
         "ppo": LearnedPolicy,
         "random": RandomRendezvous,
+        "team_plan": team_rules.team_plan,
+        "turns": team_rules.turns,
         "vision": scripted.vision,
+        "voronoi": team_rules.voronoi,
     }
 )
 

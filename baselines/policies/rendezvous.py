@@ -43,13 +43,21 @@ class Callers(Walkers):
         motion: What all others do.
         trigger: When to call.
         refuge: Where callers and called go instead of waiting and coming, if anywhere.
+        caller_drives: Whether a caller drives towards whom it calls instead of waiting.
     """
 
     def __init__(
-        self, scenario: Scenario, motion: Motion, trigger: Trigger, *, refuge: Motion | None = None
+        self,
+        scenario: Scenario,
+        motion: Motion,
+        trigger: Trigger,
+        *,
+        refuge: Motion | None = None,
+        caller_drives: bool = False,
     ) -> None:
         """Compose."""
         self._trigger, self._refuge, self._approach = trigger, refuge, Approach()
+        self._caller_drives = caller_drives
         super().__init__(scenario, motion)
 
     def _act(self, view: View, free_steps: np.ndarray) -> np.ndarray:
@@ -61,6 +69,10 @@ class Callers(Walkers):
             refuge = self._refuge.step(view, free_steps, rng=self._rng)
             waypoint = np.where((lost | comes)[:, None], refuge, waypoint)
         else:
+            if self._caller_drives:
+                calls = view.slot("i_call")[..., 0] > 0.0
+                slot = np.where(comes, slot, calls.argmax(axis=1))
+                comes = comes | (lost & calls.any(axis=1))
             coming = self._come(view, slot, comes, free_steps)
             waypoint = np.where(comes[:, None], coming, np.where(waits[:, None], 0.0, waypoint))
         return np.concatenate([waypoint, np.where(lost, 1.0, -1.0)[:, None]], axis=1)

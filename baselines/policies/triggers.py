@@ -23,3 +23,18 @@ def spread_above(spread_m: float) -> Trigger:
 def not_met_for(share_of_episode: float) -> Trigger:
     """No rendezvous for a share of the episode."""
     return lambda view: view.own("since_met")[:, 0] > share_of_episode
+
+
+def near_the_end(share_of_episode: float) -> Trigger:
+    """No rendezvous yet within the last share of the episode: what was recorded since would be lost."""
+
+    def triggered(view: View) -> Bool[np.ndarray, " robots"]:
+        late = view.own("elapsed")[:, 0] - (1.0 - share_of_episode)
+        return (late >= 0.0) & (view.own("since_met")[:, 0] >= late)
+
+    return triggered
+
+
+def either(*triggers: Trigger) -> Trigger:
+    """Any of several."""
+    return lambda view: np.any([trigger(view) for trigger in triggers], axis=0)
