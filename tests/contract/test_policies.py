@@ -90,7 +90,7 @@ def test_of_two_that_call_each_other_the_less_lost_comes() -> None:
 
 
 def test_unknown_policy_lists_what_exists() -> None:
-    with pytest.raises(ValueError, match=r"greedy.*known: active, convoy, .*, random, vision"):
+    with pytest.raises(ValueError, match=r"greedy.*known: active, both_drive, .*, random, .*, vision"):
         make_policy("greedy", scenario_named("paper-hw-2"))
 
 
