@@ -9,10 +9,10 @@ from typing import Any, get_type_hints
 import tyro
 
 from train._config import TrainConfig
-from train._yaml import read_settings
 from wifipgo.coerce import fitted
 from wifipgo.command.checkout import recorded
 from wifipgo.command.docstrings import documented
+from wifipgo.command.extras import load_extra
 from wifipgo.errors import BadInputError, UnknownNameError, require
 
 # What may change when a run is continued; ``ppo.agent_steps`` says how far to go.
@@ -41,8 +41,12 @@ def read_yaml(path: Path) -> TrainConfig:
 
     Raises:
         ValueError: It is not YAML, names a key that does not exist, or a value is refused.
+        MissingExtraError: The extra ``train`` is not installed.
         OSError: It cannot be read.
     """
+    load_extra("a training file", "train", "yaml")
+    from train._yaml import read_settings  # noqa: PLC0415 (so that --help does without the extra)
+
     values, lines = read_settings(path)
     try:
         return _filled(TrainConfig(), values, "")

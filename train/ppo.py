@@ -27,11 +27,10 @@ def _load(*modules: str) -> None:
 
 def _job(args: Sequence[str] | None, console: Console) -> None:
     """Read the settings, then load what trains, then train."""
-    _load("yaml")
     from train._config_files import parsed  # noqa: PLC0415
 
     config = parsed(args)
-    _load("torch", "stable_baselines3", "tensorboard", "cloudpickle")
+    _load("yaml", "torch", "stable_baselines3", "tensorboard", "cloudpickle")
     from train.training import train  # noqa: PLC0415
 
     train(config, console=console)
