@@ -188,6 +188,10 @@ class TrainConfig:
     Results in OUT: checkpoints/best and last (model, normalisation, policy.npz for
     --policy ppo:path=FILE), curve.parquet, curve.png, config.yaml, versions.json, tensorboard/.
 
+    Example: wifipgo train --config train/configs/paper-sim-2.yaml --out results/mine
+
+    Example: wifipgo train --envs.scenario paper-hw-2 --ppo.agent-steps 200000 --out results/quick
+
     Attributes:
         seed: Root of all chance.
         out: Folder of the results.

@@ -1,15 +1,14 @@
 """Packages of extras that are absent or broken: one sentence that says how to install them."""
 
-import importlib
 import os
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
 from train import ppo, rllib
+from wifipgo.command.checkout import install_line
 
 ROOT = Path(__file__).parents[2]
 
@@ -22,7 +21,13 @@ def ended(folder: Path, *command: str, **environment: str) -> subprocess.Complet
     )
 
 
-@pytest.mark.parametrize(("absent", "extra"), [("torch", "train"), ("yaml", "train"), ("ray", "rllib")])
+@pytest.mark.parametrize(
+    ("absent", "extra"),
+    [
+        *((name, "train") for name in ("torch", "stable_baselines3", "tensorboard", "yaml", "cloudpickle")),
+        *((name, "rllib") for name in ("torch", "ray")),
+    ],
+)
 def test_an_absent_package_is_named(
     absent: str,
     extra: str,
@@ -30,19 +35,12 @@ def test_an_absent_package_is_named(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
 ) -> None:
-    found = importlib.import_module
-
-    def without(name: str, package: str | None = None) -> ModuleType:
-        if name == absent:
-            raise ModuleNotFoundError(name=name)
-        return found(name, package)
-
-    monkeypatch.setattr(importlib, "import_module", without)
+    monkeypatch.setitem(sys.modules, absent, None)  # as Python has it where nothing is found
     main = rllib.main if extra == "rllib" else ppo.main
     assert main(["--out", str(tmp_path / "out")]) == 2
     said = capsys.readouterr().err
     assert f"needs {absent}, which is not installed: install the extra '{extra}'" in said
-    assert f"in a checkout pip install -e '.[{extra}]'" in said
+    assert said.endswith(f"with {install_line(extra)}\n")
     assert said.count("\n") == 1
     assert not (tmp_path / "out").exists()
 
@@ -52,7 +50,7 @@ def test_a_broken_torch_is_said_in_one_line(tmp_path: Path) -> None:
     done = ended(tmp_path, "train.ppo")
     assert done.returncode == 2
     assert "torch, which cannot be loaded (OSError: libtorch_cpu.so: cannot open shared" in done.stderr
-    assert "pip install -e '.[train]'" in done.stderr
+    assert f"pip install -e '{ROOT}[train]'" in done.stderr
     assert done.stderr.count("\n") == 1
 
 
@@ -62,3 +60,17 @@ def test_a_back_end_that_is_not_there_changes_nothing(tmp_path: Path) -> None:
     done = ended(tmp_path, "train.ppo", *bad, MPLBACKEND="module://nowhere.at_all")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "ppo.batch_size must be a divisor of" in done.stderr
+
+
+def test_help_does_without_the_extra(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("torch", "stable_baselines3", "yaml"):
+        monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.delitem(sys.modules, "train._yaml", raising=False)
+    with pytest.raises(SystemExit) as end:
+        ppo.main(["--help"])
+    assert end.value.code == 0
+    assert "wifipgo train --config" in capsys.readouterr().out
+    assert ppo.main(["--config", "absent.yaml"]) == 2
+    assert "a training file needs yaml, which is not installed" in capsys.readouterr().err

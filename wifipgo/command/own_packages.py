@@ -7,7 +7,7 @@ Python takes another one, in ``python -m baselines.evaluate`` or a program, `che
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
 from importlib.util import find_spec
@@ -23,7 +23,7 @@ class OwnPackages(MetaPathFinder):
     """Finds the project's packages beside `wifipgo`, before anybody looks for them in a path."""
 
     def find_spec(
-        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+        self, fullname: str, path: Iterable[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """Claim the four names, and nothing else."""
         return PathFinder.find_spec(fullname, [str(ROOT)]) if fullname in FLOORS else None

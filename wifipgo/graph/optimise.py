@@ -204,7 +204,7 @@ def run(
     Args:
         path: A g2o file, or a folder with one file a robot: 0.g2o, 1.g2o, ...
         backend: One computer by gtsam, or the robots by themselves (two-stage Gauss-Seidel).
-        robust: OutlierMethod against outliers, for all measurements but odometry.
+        robust: What guards against outliers, for all measurements but odometry.
         out: Folder for the results.
         threshold: Movement at which the robots stop, m and rad together.
         initial: Where gtsam's search starts: the file's poses, chordal ones, along the odometry, or the best.

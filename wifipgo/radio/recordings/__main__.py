@@ -42,7 +42,8 @@ def report(
     Example: wifipgo recordings data/wsr/raw_LOS_A_L1 --out results/los
 
     A pack, ``data/wsr/wsr_slim_dev.npz``, and a folder of packs or runs, ``data/wsr``, are read too.
-    Exit code 2 and one line on stderr if a recording cannot be read. A log alone, csi.dat, is told what it holds.
+    A log alone, csi.dat, is told what it holds. Exit code 2 and one line on stderr if a recording cannot be
+    read.
 
     Args:
         path: A raw run (folder with csi_rx_*.dat), a packed .npz, or a folder of packs or runs.
