@@ -99,9 +99,9 @@ def _run_missing(left: Plan, partial: Path, *, plan: Plan, executor: Executor, c
 def _tasks(plan: Plan, partial: Path) -> list[Task]:
     """Every episode, trial by trial."""
     return [
-        Task(plan.scenario, policy, trial, seed, run_folder.episode_path(partial, place, trial))
+        Task(plan.scenario, of.label, trial, seed, run_folder.episode_path(partial, place, trial), str(of))
         for trial, seed in ((k, trial_seed(plan.seed, k)) for k in plan.numbers)
-        for place, policy in enumerate(plan.policies)
+        for place, of in enumerate(plan.specs)
     ]
 
 

@@ -16,6 +16,7 @@ from baselines.evaluation.console_report import report
 from baselines.evaluation.pictures import draw
 from baselines.evaluation.plan import Plan, differences, read_record
 from baselines.evaluation.statistics import Summary, summarise
+from baselines.policies.registry import recorded_specs
 from wifipgo.command.command_line import exit_code
 from wifipgo.command.docstrings import documented
 from wifipgo.command.terminal import Terminal
@@ -102,10 +103,11 @@ def _plan(parts: Sequence[_Part]) -> Plan:
     record = parts[0].record
     return Plan(
         scenario=scenario_from(record["scenario"], str(parts[0].folder / "config.json")),
-        policies=tuple(record["policies"]),
+        specs=recorded_specs(record["policies"]),
         trials=parts[-1].end - parts[0].first,
         seed=record["seed"],
         trials_from=parts[0].first,
+        against=record.get("against", ""),
     )
 
 

@@ -8,7 +8,6 @@ last good one stays. Nothing in it is a program: see docs/security.md.
 
 import json
 import os
-import re
 import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -27,6 +26,7 @@ from baselines.policies.learned.network import (
     plain,
     refuse_other_layout,
 )
+from baselines.policies.learned.run_files import CHECKPOINTS, POLICY, STEP, pointed_to
 from wifipgo.errors import BadInputError, require
 from wifipgo.files.atomic_files import appearing, write_json
 from wifipgo.files.npz_files import read_npz
@@ -34,9 +34,8 @@ from wifipgo.files.results_folder import note
 from wifipgo.files.text_files import read_json
 from wifipgo.scenarios import Scenario
 
-TRAINING, POLICY, STATE = "training.npz", "policy.npz", "state.json"
+TRAINING, STATE = "training.npz", "state.json"
 _FILES = (TRAINING, POLICY, STATE)
-_NAME = re.compile(r"step-[0-9]{9,15}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +64,7 @@ class Checkpoints:
 
     def __init__(self, out: Path) -> None:
         """Nothing is written yet."""
-        self.folder = out / "checkpoints"
+        self.folder = out / CHECKPOINTS
 
     def save(
         self, arrays: Mapping[str, np.ndarray], network: Network, state: State, *, best: bool = False
@@ -102,18 +101,7 @@ class Checkpoints:
         Raises:
             BadInputError: There is none, the pointer is damaged or leads elsewhere, or a file is missing.
         """
-        pointer = self.folder / f"{which}.json"
-        require(pointer.is_file(), str(pointer), f"there: no {which} checkpoint was saved", "nothing")
-        found = read_json(pointer)
-        name = found.get("checkpoint") if isinstance(found, dict) else None
-        named = isinstance(name, str) and _NAME.fullmatch(name) is not None
-        require(
-            named,
-            str(pointer),
-            'a pointer to a checkpoint beside it, {"checkpoint": "step-000000000"}',
-            found,
-        )
-        folder = self.folder / str(name)
+        folder = pointed_to(self.folder / f"{which}.json")
         _check_files(folder)
         return folder
 
@@ -138,7 +126,7 @@ class Checkpoints:
             return self.intact(), ""
         except BadInputError as problem:
             for folder in sorted(self.folder.glob("step-*"), reverse=True):
-                if _NAME.fullmatch(folder.name) and folder.name < last.name and _is_intact(folder):
+                if STEP.fullmatch(folder.name) and folder.name < last.name and _is_intact(folder):
                     return folder, str(problem)
             raise
 
@@ -172,7 +160,7 @@ class Checkpoints:
 
     def _tidy(self) -> None:
         """Keep what is pointed to, and the one before the last, in case that is damaged."""
-        whole = sorted((p for p in self.folder.glob("step-*") if _NAME.fullmatch(p.name)), reverse=True)
+        whole = sorted((p for p in self.folder.glob("step-*") if STEP.fullmatch(p.name)), reverse=True)
         kept = {
             self.path(which).name for which in ("last", "best") if (self.folder / f"{which}.json").is_file()
         }

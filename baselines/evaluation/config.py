@@ -9,8 +9,7 @@ import tyro
 
 from baselines.evaluation.executors import Executor
 from baselines.evaluation.plan import Plan, read_record
-from baselines.policies import POLICIES
-from baselines.policies.specs import split_list
+from baselines.policies.registry import specs_of
 from wifipgo.coerce import settings
 from wifipgo.command.checkout import recorded
 from wifipgo.command.docstrings import documented
@@ -91,7 +90,7 @@ def plan_of(config: EvaluateConfig) -> Plan:
     scenario = given if isinstance(given, Scenario) else scenario_named(given)
     return Plan(
         scenario=scenario.with_overrides(**settings(config.overrides)),
-        policies=split_list(config.policies, POLICIES),
+        specs=specs_of(config.policies),
         trials=config.trials,
         seed=config.seed,
         trials_from=config.trials_from,

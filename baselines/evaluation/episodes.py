@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from baselines.evaluation.drivers import AnyPolicy, driver_of, is_made_anew, name_of
 from baselines.evaluation.recording import End, Now, Recording, Steps
-from baselines.policies import Oracle, Policy, TeamsPolicy, drives_teams, for_teams, make_policy
+from baselines.policies import Oracle, TeamsPolicy, drives_teams
 from envs.rendezvous_v0 import RendezvousVectorEnv, vector_env
 from wifipgo.files.atomic_files import write_sealed
 from wifipgo.files.npz_files import read_sealed_npz
@@ -29,7 +30,7 @@ class Episode:
     """What one policy did with one seed.
 
     Attributes:
-        policy: Its spec, e.g. ``active:err_threshold=0.5``.
+        policy: Its label, e.g. ``mine`` or ``active:err_threshold=0.5``.
         trial: Number of the trial.
         seed: Seed of the environment and of the policy.
         figures: The episode in numbers, by name: columns of ``episodes.parquet``.
@@ -88,73 +89,83 @@ def trial_seed(seed: int, trial: int) -> int:
 
 def run_episode(
     scenario: str | Scenario,
-    policy: str | Policy | TeamsPolicy,
+    policy: AnyPolicy,
     seed: int,
     *,
     trial: int = 0,
+    label: str = "",
     on_tick: OnTick | None = None,
 ) -> Episode:
     """Run one policy from the start of a world to its end.
 
     Args:
         scenario: Name or value.
-        policy: Spec such as ``active:err_threshold=0.5``, or anything that drives a team.
+        policy: Spec such as ``active:err_threshold=0.5`` or ``own.py:Policy``, anything with
+            ``act(observations)``, or a class or function that makes such.
         seed: Seed of the world, its noise and the policy's own chance.
         trial: Number to file the episode under.
+        label: Name to file it under; without one that of the policy.
         on_tick: Called at the start and after each iteration, e.g. to draw.
 
     Raises:
-        ValueError: Unknown scenario, policy or parameter.
+        ValueError: Unknown scenario, policy or parameter, or actions that cannot be carried out.
     """
     look = on_tick or _look_away
-    return _run(
-        scenario, policy, [seed], trials=[trial], look=lambda env: look(env.tick_of(0), env.world_of(0))
-    )[0]
+
+    def look_at(env: RendezvousVectorEnv) -> object:
+        return look(env.tick_of(0), env.world_of(0))
+
+    return _run(scenario, policy, [seed], trials=[trial], label=label, look=look_at)[0]
 
 
 def run_episodes(
     scenario: str | Scenario,
-    policy: str | Policy | TeamsPolicy,
+    policy: AnyPolicy,
     seeds: Sequence[int],
     *,
     trials: Sequence[int] | None = None,
+    label: str = "",
 ) -> list[Episode]:
     """Run one policy in many worlds at once; each episode is what `run_episode` makes of its seed.
 
     Args:
         scenario: Name or value.
-        policy: As for `run_episode`. One that knows one team only plays one world after the other.
+        policy: As for `run_episode`. An object that knows one team only plays one world after the other; a
+            class or a spec is made anew for each world.
         seeds: Of each world.
         trials: Numbers to file the episodes under; without them those of the places.
+        label: Name to file them under; without one that of the policy.
 
     Raises:
-        ValueError: Unknown scenario, policy or parameter.
+        ValueError: Unknown scenario, policy or parameter, or actions that cannot be carried out.
     """
     numbers = range(len(seeds)) if trials is None else trials
-    if isinstance(policy, str) or drives_teams(policy):
-        return _run(scenario, policy, seeds, trials=numbers, look=_look_away)
-    return [run_episode(scenario, policy, s, trial=k) for s, k in zip(seeds, numbers, strict=True)]
+    if is_made_anew(policy) or drives_teams(policy):
+        return _run(scenario, policy, seeds, trials=numbers, label=label, look=_look_away)
+    each = zip(seeds, numbers, strict=True)
+    return [run_episode(scenario, policy, seed, trial=k, label=label) for seed, k in each]
 
 
 @one_thread
 def _run(
     scenario: str | Scenario,
-    policy: str | Policy | TeamsPolicy,
+    policy: AnyPolicy,
     seeds: Sequence[int],
     *,
     trials: Sequence[int],
+    label: str,
     look: Callable[[RendezvousVectorEnv], object],
 ) -> list[Episode]:
     """Play all worlds to their ends, and put the episodes together."""
     env = vector_env(scenario, n_worlds=len(seeds))
-    driver = for_teams(make_policy(policy, env.scenario) if isinstance(policy, str) else policy)
+    name = label or name_of(policy)
+    driver = driver_of(policy, env.scenario, name)
     ends: dict[int, End] = {}
 
     def keep_end(world: int) -> None:
         ends[world] = End.of(env, world)
 
     recording = play(env, driver, seeds, at_end=keep_end, look=look)
-    name = policy if isinstance(policy, str) else type(policy).__name__
     threshold = env.scenario.rendezvous.err_threshold
     return [
         _episode(recording, k, ends[k], policy=name, trial=trial, seed=seed, threshold=threshold)

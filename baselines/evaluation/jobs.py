@@ -43,6 +43,7 @@ class Task(NamedTuple):
     trial: int
     seed: int
     path: Path
+    spec: str = ""  # of the policy, where its label is another
 
     @property
     def label(self) -> str:
@@ -52,7 +53,7 @@ class Task(NamedTuple):
     @property
     def kind(self) -> Hashable:
         """Trials of one policy in one scenario are played together."""
-        return self.scenario, self.policy
+        return self.scenario, self.policy, self.spec
 
     def compute(self) -> Episode:
         """Run it."""
@@ -61,7 +62,8 @@ class Task(NamedTuple):
     def compute_all(self, items: Sequence["Task"]) -> list[Episode]:
         """Run it beside others of its kind."""
         seeds, trials = [item.seed for item in items], [item.trial for item in items]
-        return run_episodes(self.scenario, self.policy, seeds, trials=trials)
+        spec = self.spec or self.policy
+        return run_episodes(self.scenario, spec, seeds, trials=trials, label=self.policy)
 
     def keep(self, result: Episode) -> None:
         """Write it down."""

@@ -11,14 +11,18 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from baselines.evaluation.drivers import try_policy
 from baselines.evaluation.episodes import trial_seed
 from baselines.policies import make_policy
+from baselines.policies.registry import source_digest
+from baselines.policies.specs import Spec
 from envs.rendezvous_v0 import parallel_env
-from wifipgo.errors import BadInputError, require
+from wifipgo.errors import BadInputError, pick, require
 from wifipgo.files.text_files import read_json
 from wifipgo.scenarios import SCENARIOS, Scenario
 
 _RECORD: Mapping[str, type] = {"scenario": dict, "policies": list, "trials": int, "seed": int}
+_OPTIONAL = ("against", "sources")  # stand in a record only if there are any
 _PACKAGES = ("wifipgo", "numpy", "gtsam", "pymunk", "pettingzoo")
 
 
@@ -28,17 +32,19 @@ class Plan:
 
     Attributes:
         scenario: What is played.
-        policies: Specs, in the order of tables and pictures.
+        specs: Policies, all labelled, in the order of tables and pictures.
         trials: Worlds that every policy meets.
         seed: Root of the seeds of all trials.
         trials_from: Number of the first trial: the others of a job array belong to other jobs.
+        against: Label of the policy that the others are compared with; empty: ``active``, or the first.
     """
 
     scenario: Scenario
-    policies: tuple[str, ...]
+    specs: tuple[Spec, ...]
     trials: int
     seed: int
     trials_from: int = 0
+    against: str = ""
 
     def __post_init__(self) -> None:
         """Refuse, before anything runs, what could not run."""
@@ -46,10 +52,26 @@ class Plan:
         require(self.seed >= 0, "seed", ">= 0", self.seed)
         require(self.trials_from >= 0, "trials-from", ">= 0", self.trials_from)
         require(bool(self.policies), "policies", "one or more, separated by commas", self.policies)
-        require(len(set(self.policies)) == len(self.policies), "policies", "all different", self.policies)
-        for policy in self.policies:
-            make_policy(policy, self.scenario)
-        parallel_env(scenario=self.scenario).reset(seed=trial_seed(self.seed, self.trials_from))
+        if self.against:
+            pick(dict(zip(self.policies, self.specs, strict=True)), self.against, "reference")
+        drivers = [make_policy(str(spec), self.scenario, label=spec.label) for spec in self.specs]
+        first = trial_seed(self.seed, self.trials_from)
+        parallel_env(scenario=self.scenario).reset(seed=first)
+        for spec, driver in zip(self.specs, drivers, strict=True):
+            if spec.where:
+                try_policy(self.scenario, driver, first)
+
+    @property
+    def policies(self) -> tuple[str, ...]:
+        """Labels of the policies."""
+        return tuple(spec.label for spec in self.specs)
+
+    @property
+    def remarks(self) -> list[str]:
+        """What is to be said of the policies before they play: those that were trained on something else."""
+        made = {s.label: make_policy(str(s), self.scenario, label=s.label) for s in self.specs}
+        said = {label: getattr(policy, "remark", "") for label, policy in made.items()}
+        return [f"{label} {remark}" for label, remark in said.items() if remark]
 
     @property
     def title(self) -> str:
@@ -78,12 +100,16 @@ class Plan:
 
     @property
     def reference(self) -> str:
-        """Policy that the others are compared with: ``active``, or the first."""
-        return "active" if "active" in self.policies else self.policies[0]
+        """Policy that the others are compared with: the one asked for, else ``active``, or the first."""
+        return self.against or "active" if "active" in self.policies else self.policies[0]
 
     def record(self) -> dict[str, Any]:
         """All that decides the results, as plain JSON values."""
         values = asdict(self) | {"versions": versions()}
+        values["policies"] = [spec.labelled for spec in values.pop("specs")]
+        digests = {spec.label: source_digest(spec) for spec in self.specs}
+        values["sources"] = {label: digest for label, digest in digests.items() if digest}
+        values = {name: value for name, value in values.items() if name not in _OPTIONAL or value}
         return json.loads(json.dumps(values, allow_nan=False))
 
 

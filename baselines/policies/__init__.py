@@ -1,8 +1,10 @@
 """Scripted and learned policies and their registry. Each sees exactly what a learner sees."""
 
 from baselines.policies.oracle import Oracle, OracleBearing
+from baselines.policies.own_policy import Acts
 from baselines.policies.policy import (
     Actions,
+    Driver,
     DrivesTeams,
     Observations,
     Policy,
@@ -17,6 +19,8 @@ __all__ = [
     "POLICIES",
     "Actions",
     "ActiveRendezvous",
+    "Acts",
+    "Driver",
     "DrivesTeams",
     "Observations",
     "Oracle",

@@ -53,6 +53,11 @@ class TeamsPolicy(Protocol):
         """One action for each robot of each world."""
 
 
+@runtime_checkable
+class Driver(Policy, TeamsPolicy, Protocol):
+    """Drives one team or many: what `baselines.policies.make_policy` makes."""
+
+
 class DrivesTeams(ABC):
     """A policy whose state and chance are rows: one team is a batch of one.
 

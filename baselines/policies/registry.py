@@ -1,15 +1,22 @@
-"""Scripted policies and their registry. Each sees exactly what a learner sees; an oracle's name says so."""
+"""Policies by name, and those of the user's own. Each sees what a learner sees; an oracle's name says so."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from hashlib import sha256
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from baselines.policies import scripted, team_rules
 from baselines.policies.learned.policy import LearnedPolicy
+from baselines.policies.learned.run_files import network_file
+from baselines.policies.making import arguments
 from baselines.policies.oracle import OracleBearing
-from baselines.policies.policy import DrivesTeams
+from baselines.policies.own_policy import own_policy
+from baselines.policies.own_source import own_digest, own_maker
+from baselines.policies.policy import Driver, DrivesTeams
 from baselines.policies.rendezvous import ActiveRendezvous, RandomRendezvous
-from baselines.policies.specs import fitting, parameters_of, split_spec
+from baselines.policies.specs import Spec, parse_spec, placed, split_list, with_labels
 from wifipgo.errors import pick
 from wifipgo.scenarios import Scenario
 
@@ -39,17 +46,56 @@ POLICIES: Mapping[str, Callable[..., DrivesTeams]] = MappingProxyType(
 )
 
 
-def make_policy(spec: str, scenario: Scenario, **parameters: Any) -> DrivesTeams:
-    """Build a policy from its name, with parameters if any: ``active:err_threshold=0.5``.
+def make_policy(spec: str, scenario: Scenario, *, label: str = "", **parameters: Any) -> Driver:
+    """Build a policy from its name or its place, with parameters if any: ``active:err_threshold=0.5``.
 
     Args:
-        spec: ``name`` or ``name:key=value:key=value``.
+        spec: As `baselines.policies.specs` has it: ``name:key=value``, ``my.module:Policy``,
+            ``path/file.py:Policy``, each after ``label=`` or not.
         scenario: Gives the layout of the observations.
+        label: What messages call a policy of the user's own; without one that of the spec.
         parameters: More parameters of the policy; they win over those in ``spec``.
 
     Raises:
-        ValueError: Unknown policy or parameter; the message lists what exists.
+        ValueError: Unknown policy or parameter (the message lists what exists), or one that cannot be made.
+        OwnPolicyError: Code of the user's own raised.
     """
-    name, own = split_spec(spec)
-    policy = pick(POLICIES, name, "policy")
-    return policy(scenario, **fitting(name, own | parameters, parameters_of(policy)))
+    found = parse_spec(spec, POLICIES)
+    given = found.parameters | parameters
+    if not found.where:
+        policy = pick(POLICIES, found.name, "policy")
+        return policy(**arguments(found.name, policy, given, scenario))
+    maker = own_maker(found)
+    keywords = arguments(f"{found.where}:{found.name}", maker, given, scenario)
+    return own_policy(partial(maker, **keywords), label or found.label or found.short(1))
+
+
+def specs_of(policies: str | Sequence[str]) -> tuple[Spec, ...]:
+    """Policies of a list as text, or of several texts: all labelled, their files by absolute paths.
+
+    Raises:
+        BadInputError: A label twice.
+    """
+    texts = split_list(policies, POLICIES) if isinstance(policies, str) else policies
+    return with_labels([placed(parse_spec(text, POLICIES)) for text in texts])
+
+
+def recorded_specs(texts: Sequence[str]) -> tuple[Spec, ...]:
+    """Specs of a record, whose labels are those of its tables: the whole text where none stands there."""
+    found = [(text, parse_spec(text, POLICIES)) for text in texts]
+    return tuple(spec._replace(label=spec.label or text) for text, spec in found)
+
+
+def source_digest(spec: Spec) -> str:
+    """Digest of what a policy is made of beyond this package: its code or its network; empty if it is ours.
+
+    Raises:
+        BadInputError: It is not there.
+        OSError: It cannot be read.
+    """
+    if spec.where:
+        return own_digest(spec)
+    path, which = (str(spec.parameters.get(name, "")) for name in ("path", "checkpoint"))
+    if not path:
+        return ""
+    return sha256(network_file(Path(path), which or "best").read_bytes()).hexdigest()[:16]

@@ -8,6 +8,8 @@ from jaxtyping import Float
 
 from baselines.policies.learned.interfaces import make_interface, names_read
 from baselines.policies.learned.network import Network, load_network, refuse_other_layout
+from baselines.policies.learned.run_files import network_file
+from baselines.policies.learned.training_scenarios import trained_elsewhere
 from baselines.policies.observation_view import View
 from baselines.policies.policy import DrivesTeams
 from wifipgo.errors import require
@@ -23,17 +25,24 @@ class LearnedPolicy(DrivesTeams):
     Args:
         scenario: Has to observe the blocks that the network reads, whatever else it does; `rays` takes any
             number of neighbours and any length of an episode.
-        path: File that training exported; without one, the policy that ships with the package.
+        path: File that training exported, or the folder of a training run; without one, the policy that ships
+            with the package.
+        checkpoint: Of a run: best or last.
         sample: Draw actions with the probabilities of the network, as in training; else take the best.
+
+    Attributes:
+        remark: What differs from the scenario that it was trained on; empty where nothing does.
 
     Raises:
         ValueError: The file is no trained policy, or of another layout (the message says which block).
         OSError: It cannot be read.
     """
 
-    def __init__(self, scenario: Scenario, *, path: str = "", sample: bool = False) -> None:
+    def __init__(
+        self, scenario: Scenario, *, path: str = "", checkpoint: str = "best", sample: bool = False
+    ) -> None:
         """Read the network and check that it fits."""
-        network = load_network(Path(path)) if path else shipped()
+        network = load_network(network_file(Path(path), checkpoint)) if path else shipped()
         self._prepare(network, scenario, where=path or "the shipped policy", sample=sample)
 
     @classmethod
@@ -57,7 +66,7 @@ class LearnedPolicy(DrivesTeams):
         require(
             can_sample, "sample", f"False for the interface {network.interface!r}: it has no choices", sample
         )
-        self._network, self._sample = network, sample
+        self._network, self._sample, self.remark = network, sample, trained_elsewhere(network, scenario)
         super().__init__(scenario, key=_EPISODE_KEY)
 
     def _actions(self, view: View) -> Float[np.ndarray, "rows 3"]:
