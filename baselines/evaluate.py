@@ -14,7 +14,7 @@ from baselines.evaluation.console_report import announce, report
 from baselines.evaluation.episodes import Episode, run_episode, run_episodes, trial_seed
 from baselines.evaluation.executors import Executor
 from baselines.evaluation.jobs import EpisodesFailedError, Task, missing, run_all
-from baselines.evaluation.pictures import draw
+from baselines.evaluation.pictures import draw, episodes_to_show
 from baselines.evaluation.plan import Plan
 from baselines.evaluation.statistics import Estimate, Paired, Summary, summarise
 from wifipgo.command.command_line import exit_code
@@ -67,7 +67,10 @@ def evaluate(config: EvaluateConfig, *, console: Console | None = None) -> Summa
             summary = _publish(plan, left, partial, out, record)
         else:
             run_folder.clear_away(out, record)
-            summary = summarise(run_folder.read_tables(out).episodes, plan)
+            tables = run_folder.read_tables(out)
+            summary = summarise(tables.episodes, plan)
+            if not all((out / name).is_file() for name in run_folder.PICTURES):
+                draw(out, plan, tables)
     report(summary, plan, out=str(config.out), console=console)
     return summary
 
@@ -117,15 +120,13 @@ def _publish(plan: Plan, left: Plan, partial: Path, out: Path, record: Mapping[s
     """
     files = sorted(task.path for task in _tasks(left, partial))
     tables = run_folder.tables_of([Episode.load(path) for path in files])
-    first = [task.path for task in _tasks(left, partial) if task.trial == plan.trials_from]
     if left.trials < plan.trials:
         tables = run_folder.joined([run_folder.read_tables(out), tables], plan.policies)
-        first = run_folder.first_trial(out)
-    summary = summarise(tables.episodes, plan)
+    summary, shown = summarise(tables.episodes, plan), episodes_to_show(plan, tables)
     staging = run_folder.clean_staging(partial)
     run_folder.write_tables(staging, tables, summary, record)
-    run_folder.keep_first_trial(staging, first)
-    results_folder.publish(staging, out, run_folder.KIND, later=run_folder.PICTURES)
+    run_folder.keep_episodes(staging, shown, [partial, out / run_folder.MEDIAN])
+    results_folder.publish(staging, out, run_folder.KIND, later=run_folder.later(shown))
     draw(out, plan, tables)
     results_folder.remove(partial, run_folder.KIND)
     return summary

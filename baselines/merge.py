@@ -13,7 +13,7 @@ from rich.console import Console
 
 from baselines.evaluation import run_folder
 from baselines.evaluation.console_report import report
-from baselines.evaluation.pictures import draw
+from baselines.evaluation.pictures import draw, episodes_to_show
 from baselines.evaluation.plan import Plan, differences, read_record
 from baselines.evaluation.statistics import Summary, summarise
 from baselines.policies.registry import recorded_specs
@@ -118,12 +118,12 @@ def _write(plan: Plan, parts: Sequence[_Part], out: Path) -> Summary:
     results_folder.note(partial, ["results/"])
     staging = run_folder.clean_staging(partial)
     tables = run_folder.joined([run_folder.read_tables(part.folder) for part in parts], plan.policies)
-    summary = summarise(tables.episodes, plan)
+    summary, shown = summarise(tables.episodes, plan), episodes_to_show(plan, tables)
     command = shlex.join(["python", "-m", "baselines.merge", str(out), *(str(p.folder) for p in parts)])
     record = parts[0].record | {"trials": plan.trials, "command": command}
     run_folder.write_tables(staging, tables, summary, record)
-    run_folder.keep_first_trial(staging, run_folder.first_trial(parts[0].folder))
-    results_folder.publish(staging, out, run_folder.KIND, later=run_folder.PICTURES)
+    run_folder.keep_episodes(staging, shown, [part.folder / run_folder.MEDIAN for part in parts])
+    results_folder.publish(staging, out, run_folder.KIND, later=run_folder.later(shown))
     draw(out, plan, tables)
     results_folder.remove(partial, run_folder.KIND)
     return summary

@@ -31,8 +31,8 @@ class EvaluateConfig:
     """Run policies on the same worlds and compare them.
 
     Trial k of every policy has the same world, noise and seed, so comparisons are paired.
-    Results: episodes.parquet, steps.parquet, summary.json, config.json, err.png, arena.png,
-    first-trial/ (whole episodes).
+    Results: episodes.parquet, steps.parquet, summary.json, config.json, score.png, err.png,
+    arena.png and median-trial/ (whole episodes of the trial that arena.png shows).
 
     Example: wifipgo evaluate --scenario paper-hw-2-obstacles
     --policies active,random,active:err_threshold=0.5 --trials 20 --set n_obstacles=6 --out results/boxes

@@ -2,7 +2,7 @@
 
 An evaluation into ``out`` works in ``out.partial`` beside it, which holds a ``config.json``, one file
 for each finished episode and, at the end, the results, which are then renamed to ``out``. Pictures
-are drawn after that, from the tables and from ``first-trial/``, the whole episodes of one trial.
+are drawn after that, from the tables and from ``median-trial/``, the whole episodes of one trial.
 """
 
 import shutil
@@ -21,8 +21,8 @@ from wifipgo.errors import BadInputError
 from wifipgo.files import results_folder
 from wifipgo.files.atomic_files import write_json
 
-PICTURES = ("err.png", "arena.png")
-FIRST = "first-trial"
+PICTURES = ("score.png", "err.png", "arena.png")
+MEDIAN = "median-trial"
 FILES = ("episodes.parquet", "steps.parquet", "summary.json", "config.json")
 KIND = "evaluate"
 
@@ -172,16 +172,18 @@ def write_tables(folder: Path, tables: Tables, summary: Summary, record: Mapping
     write_json(folder / "config.json", record)
 
 
-def keep_first_trial(staging: Path, files: Iterable[Path]) -> None:
-    """Keep the whole episodes of one trial, one file a policy."""
-    (staging / FIRST).mkdir()
-    for path in files:
-        shutil.copyfile(path, staging / FIRST / path.name)
+def keep_episodes(staging: Path, names: Iterable[str], folders: Sequence[Path]) -> None:
+    """Keep whole episodes that are in one of some folders; those that are in none are missing."""
+    (staging / MEDIAN).mkdir()
+    for name in names:
+        there = [folder / name for folder in folders if (folder / name).is_file()]
+        if there:
+            shutil.copyfile(there[0], staging / MEDIAN / name)
 
 
-def first_trial(folder: Path) -> list[Path]:
-    """Files of its episodes, in the order of the policies; none in results of an earlier version."""
-    return sorted((folder / FIRST).glob("*.npz"))
+def later(names: Iterable[str]) -> list[str]:
+    """Files that appear after the results: pictures, and the episodes that these show."""
+    return [*PICTURES, *(f"{MEDIAN}/{name}" for name in names)]
 
 
 def clean_staging(partial: Path) -> Path:

@@ -14,7 +14,7 @@ from matplotlib.artist import Artist
 from PIL import Image
 
 from baselines.evaluation.episodes import Episode
-from baselines.evaluation.plots import STYLE, band
+from baselines.evaluation.plots import STYLE, bands
 from baselines.reproduce._measures import mean_curves
 from wifipgo.command.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 
@@ -44,7 +44,7 @@ def err_curve(axes: Axes, episodes: Sequence[Episode], label: str) -> None:
     colour, dashes = LOOKS[label]
     curves = mean_curves(episodes)
     iteration = np.arange(1, curves.shape[1] + 1)
-    mean, low, high = np.array([band(at) for at in curves.T]).T
+    mean, low, high = bands(curves)
     axes.fill_between(iteration, low, high, color=colour, alpha=0.18, lw=0)
     axes.plot(iteration, mean, color=colour, ls=dashes, lw=1.8, label=label)
 

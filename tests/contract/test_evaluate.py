@@ -19,7 +19,7 @@ from baselines.evaluate import (
 )
 from baselines.evaluation import jobs
 from baselines.evaluation.batches import Batch
-from baselines.evaluation.run_folder import FILES, FIRST, PICTURES
+from baselines.evaluation.run_folder import FILES, MEDIAN, PICTURES
 from baselines.policies import make_policy
 from wifipgo.files.results_folder import MANIFEST, partial_of
 from wifipgo.scenarios import scenario_named
@@ -52,11 +52,11 @@ def fail_at(monkeypatch: pytest.MonkeyPatch, trial: int, policy: str, problem: B
 
 
 def test_everything_is_there_and_opens(done: Path) -> None:
-    assert {path.name for path in done.iterdir()} == {*FILES, *PICTURES, MANIFEST, FIRST}
+    assert {path.name for path in done.iterdir()} == {*FILES, *PICTURES, MANIFEST, MEDIAN}
     assert not partial_of(done).exists()
     assert len(pd.read_parquet(done / "episodes.parquet")) == 2 * 3
     assert len(steps(done)) == 2 * 3 * 4 * 2
-    assert all((done / name).read_bytes().startswith(PNG) for name in ("err.png", "arena.png"))
+    assert all((done / name).read_bytes().startswith(PNG) for name in PICTURES)
 
 
 def test_trials_are_paired(done: Path) -> None:

@@ -17,17 +17,17 @@ PURPLE, SKY, YELLOW, REJECTED = "#CC79A7", "#56B4E9", "#F0E442", "#D00000"
 # What is beside the point: other methods, labels; frames; the lines of a grid.
 GREY, FRAME, GRID = "#6b7280", "#c9ced6", "#e3e6ea"
 SERIES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
-ROBOTS = (GREEN, PURPLE, BLUE, ORANGE, SKY, VERMILION)
 
-# On the screen calls and links are there as well: green and purple first, the rest keeps away from these.
+# Robots, on the screen and in figures: away from calls and links, and apart for colour-blind readers too.
 SCREEN_ROBOTS: tuple[Colour, ...] = (
     (0, 158, 115),
     (186, 85, 150),
     (146, 116, 0),
     (92, 82, 178),
-    (139, 94, 60),
-    (60, 128, 150),
+    (110, 55, 20),
+    (0, 85, 95),
 )
+ROBOTS = tuple(f"#{red:02X}{green:02X}{blue:02X}" for red, green, blue in SCREEN_ROBOTS)
 INK: Colour = (45, 48, 56)
 FAINT_INK: Colour = (112, 117, 128)
 PAPER: Colour = (250, 250, 247)
