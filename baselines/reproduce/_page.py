@@ -13,6 +13,8 @@ that is fixed in the code (`baselines/reproduce/_rules.py`). **Headline** rows m
 stand rows that do not: other methods, and the strong walker that optimises at every step. *Sensitivity*
 rows change one number that is ours and not the paper's, all else as it was."""
 BEGIN, END = "<!-- claims: written by baselines.reproduce -->", "<!-- end of claims -->"
+# Claims that the README shows: the paper's main ones, whatever came of them.
+MAIN = ("fig5.held", "fig7.ratio", "fig8.held", "fig8.truth", "fig10.reduction")
 _ROLES = {HEADLINE: "**headline**", BESIDE: "beside", SENSITIVITY: "sensitivity"}
 _VERDICTS = {"reproduced": "**reproduced**", "partly": "partly", "not": "**not**"}
 
@@ -40,15 +42,15 @@ def summary(figures: Mapping[str, Any]) -> str:
 
 
 def with_summary(text: str, figures: Mapping[str, Any]) -> str:
-    """A text with the summary between its marks; as it was if it has none."""
+    """A text with the main claims between its marks; as it was if it has none."""
     before, begin, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)
     return f"{before}{begin}\n\n{brief(figures)}\n\n{end}{after}" if begin and end else text
 
 
 def brief(figures: Mapping[str, Any]) -> str:
-    """One short line for each claim."""
-    claims = [claim for of in figures.values() for claim in of["claims"]]
+    """One short line for each of the main claims."""
+    claims = [claim for of in figures.values() for claim in of["claims"] if claim["name"] in MAIN]
     rows = [
         [claim["claim"], _headlines(claim), _VERDICTS.get(claim["verdict"], claim["verdict"])]
         for claim in claims
