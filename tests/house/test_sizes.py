@@ -17,6 +17,7 @@ EXCEPTED = {
         "wifipgo/graph/outliers/methods.py:solve_robust": "public: those of `solve`, and the method",
         "wifipgo/graph/posegraph.py:pose_graph": "public: the columns of a graph",
         "wifipgo/graph/solvers/planar.py:solve": "public: a graph, and options with defaults, by keyword",
+        "wifipgo/radio/propagation/paths.py:trace_paths": "public: the kinds of paths, each with its switch",
         "wifipgo/radio/turn_profiles.py:listen": "joins channel, receiver and estimator, each configured",
     },
     "attributes of a class that is no configuration": {

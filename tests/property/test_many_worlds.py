@@ -25,6 +25,7 @@ CASES: dict[str, dict[str, Any]] = {
     "radio": SMALL | BOXES | {"diffuse_ratio": 0.2, "packet_loss": 0.1, "agc": True, "int8": True},
     "turn": SMALL | {"chain_phase_rad": 0.3, "heading_noise_rad": 0.05, "aoa_estimator": "music"},
     "twice": SMALL | BOXES | {"max_order": 2, "penetration": False, "aoa_estimator": "ratio"},
+    "edges": SMALL | BOXES | {"diffraction": True, "obstacle_material": "metal"},
     "error": SMALL | {"reward": "team_error", "n_robots": 3},
     "belief": SMALL | {"reward": "mapped_share_belief"},
 }

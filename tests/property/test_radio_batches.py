@@ -11,7 +11,7 @@ from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.impairments import EpisodeImpairments, ImpairmentConfig, draw_episode_impairments
 from wifipgo.radio.links import Links, probe_links
 from wifipgo.radio.propagation.materials import Slab
-from wifipgo.radio.propagation.paths import Paths, Surfaces, surfaces_of, trace_paths
+from wifipgo.radio.propagation.paths import DIFFRACTED, Paths, Surfaces, surfaces_of, trace_paths
 from wifipgo.radio.propagation.scenes import Scenes
 from wifipgo.radio.turn_profiles import listen
 from wifipgo.rows import Chance, Generators, Rows
@@ -89,8 +89,12 @@ def assert_same_paths(got: Paths, alone: Paths) -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("penetration", [True, False])
-@pytest.mark.parametrize("max_order", [0, 1, 2])
-def test_paths_are_those_of_each_world_alone(max_order: int, penetration: bool, seed: int) -> None:
+@pytest.mark.parametrize(
+    ("max_order", "diffraction"), [(0, False), (1, False), (2, False), (0, True), (2, True)]
+)
+def test_paths_are_those_of_each_world_alone(
+    max_order: int, diffraction: bool, penetration: bool, seed: int
+) -> None:
     worlds, rng = batch(seed), np.random.default_rng(seed)
     low, high = np.triu_indices(N_ROBOTS, 1)
     world = np.repeat(np.arange(worlds.rows.n_worlds), len(low))
@@ -101,11 +105,13 @@ def test_paths_are_those_of_each_world_alone(max_order: int, penetration: bool, 
         "carrier_hz": CARRIER_HZ,
         "max_order": max_order,
         "penetration": penetration,
+        "diffraction": diffraction,
     }
     got = trace_paths(
         worlds.p_m[tx[mixed]], worlds.p_m[rx[mixed]], worlds.scenes, world=world[mixed], **options
     )
-    assert max_order == 0 or len(np.unique((got.order >= 0).sum(axis=1))) > 1
+    assert max_order + diffraction == 0 or len(np.unique((got.order >= 0).sum(axis=1))) > 1
+    assert diffraction == bool((got.order == DIFFRACTED).any())
     for k, surfaces in enumerate(worlds.each):
         own = np.flatnonzero(world[mixed] == k)
         alone = trace_paths(worlds.p_m[tx[mixed][own]], worlds.p_m[rx[mixed][own]], surfaces, **options)
@@ -131,10 +137,14 @@ def assert_same_links(got: Links, alone: Links, rows: slice) -> None:
 
 
 @pytest.mark.parametrize("bandwidth_hz", [20e6, 40e6])
-@pytest.mark.parametrize("tx_power_dbm", [-38.0, -12.0])
-def test_links_are_those_of_each_world_alone(tx_power_dbm: float, bandwidth_hz: float) -> None:
+@pytest.mark.parametrize(("tx_power_dbm", "diffraction"), [(-38.0, False), (-12.0, False), (-30.0, True)])
+def test_links_are_those_of_each_world_alone(
+    tx_power_dbm: float, diffraction: bool, bandwidth_hz: float
+) -> None:
     worlds = batch()
-    radio = RadioConfig(tx_power_dbm=tx_power_dbm, bandwidth_hz=bandwidth_hz, max_order=2)
+    radio = RadioConfig(
+        tx_power_dbm=tx_power_dbm, bandwidth_hz=bandwidth_hz, max_order=2, diffraction=diffraction
+    )
     got = probe_links(worlds.p_m, worlds.scenes, radio, rows=worlds.rows)
     for k, surfaces in enumerate(worlds.each):
         alone = probe_links(worlds.alone(k), surfaces, radio)

@@ -13,7 +13,8 @@ from wifipgo.radio.channel.impairments import EpisodeImpairments
 from wifipgo.radio.channel.power_bound import most_mean_power
 from wifipgo.radio.channel.subcarriers import combed_channel
 from wifipgo.radio.pairs import TracedPairs, all_pairs
-from wifipgo.radio.propagation.paths import Medium, Paths
+from wifipgo.radio.propagation.paths import Paths
+from wifipgo.radio.propagation.ray_gains import Medium
 from wifipgo.radio.propagation.scenes import Scenes, scenes_of
 from wifipgo.radio.propagation.surfaces import Surfaces
 from wifipgo.rows import Rows
@@ -79,7 +80,7 @@ def probe_links(
     rows, scenes = rows or Rows(1, len(p_m)), scenes_of(surfaces)
     require(len(rows) == len(p_m), "rows", f"those of {len(p_m)} robots", rows)
     pairs, row = all_pairs(rows)
-    medium = Medium(scenes, cfg.carrier_hz, cfg.max_order, cfg.penetration, single=True)
+    medium = Medium(scenes, cfg.carrier_hz, cfg.max_order, cfg.penetration, cfg.diffraction, single=True)
     diffuse = None if standing is None else standing.diffuse
     traced = TracedPairs.between(p_m, pairs, rows=rows, medium=medium, diffuse=diffuse)
     rate, esnr_db = np.empty((2, len(pairs.low)))

@@ -7,10 +7,12 @@ import numpy as np
 from jaxtyping import Complex, Float, Int, Shaped
 
 from wifipgo.radio.propagation.diffuse_scattering import Diffuse, with_diffuse
+from wifipgo.radio.propagation.edge_rays import edge_views
 from wifipgo.radio.propagation.image_method import Ends
 from wifipgo.radio.propagation.link_ends import Points, check_apart, checked_points
 from wifipgo.radio.propagation.materials import SPEED_OF_LIGHT_M_S
-from wifipgo.radio.propagation.paths import Medium, Paths, Traced, columns_of, paths_of, traced
+from wifipgo.radio.propagation.paths import Paths, Traced, columns_of, paths_of, traced
+from wifipgo.radio.propagation.ray_gains import Medium
 from wifipgo.rows import Rows
 
 
@@ -61,6 +63,7 @@ class TracedPairs:
         """Take pairs between points that were checked."""
         self.pairs, self.medium = pairs, medium
         self._points, self._diffuse = points, diffuse
+        self._views = edge_views(points, medium) if medium.diffraction else None
         self._whole: Traced | None = None
 
     @classmethod
@@ -106,7 +109,8 @@ class TracedPairs:
         low, high = self.pairs.low[chosen], self.pairs.high[chosen]
         ends = Ends.of(self._points.some(low), self._points.some(high))
         check_apart(ends.gap_m, ends.tx.at_m, lambda k: ("p_m", f"robots {low[k]} and {high[k]}"))
-        return traced(ends, self.medium)
+        views = self._views
+        return traced(ends, self.medium, None if views is None else (views.some(low), views.some(high)))
 
     def _with_diffuse(self, found: Traced) -> Paths:
         """Rays as rows, with what comes over scatterers."""

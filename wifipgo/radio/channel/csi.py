@@ -60,6 +60,7 @@ class RadioConfig:
         noise_figure_db: Of the receiver.
         max_order: Most reflections of a path.
         penetration: Whether paths go on through obstacles.
+        diffraction: Whether paths bend, once, at edges of obstacles.
         antennas_m: One to three receive antennas (x ahead, y left) in the body frame; none for
             the pair of `wifipgo.radio.aoa.AoaConfig` along the heading.
     """
@@ -70,6 +71,7 @@ class RadioConfig:
     noise_figure_db: float = 6.0
     max_order: int = 1
     penetration: bool = True
+    diffraction: bool = False
     antennas_m: tuple[Sequence[float], ...] = ()
 
     def __post_init__(self) -> None:

@@ -76,6 +76,14 @@ def checked_points(
     return Points(at_m, along_m, height_m, world)
 
 
+def points_of(
+    at_m: Float[np.ndarray, "2 points"], world: Int[np.ndarray, " points"], scenes: Scenes
+) -> Points:
+    """Points as every line of their scene sees them, wherever they are."""
+    along_m, height_m = _affine(scenes.by_world(scenes.affine, world), at_m)
+    return Points(at_m, along_m, height_m, world)
+
+
 def check_apart(
     gap_m: Float[np.ndarray, "2 links"], tx_m: Float[np.ndarray, "2 links"], called: Called
 ) -> None:
