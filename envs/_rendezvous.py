@@ -17,6 +17,7 @@ from envs._infos import by_agent as infos_by_agent
 from envs._playing import played, settings_of, shown
 from envs._snapshot import FORMAT, EpisodeSnapshot, blocks_of, check_snapshot
 from envs._spaces import by_agent
+from envs._standing import standing
 from envs._state import state
 from envs.render.config import DEFAULT_HEIGHT_PX, RENDER_MODES, RenderConfig
 from wifipgo.arithmetic import plain_arithmetic
@@ -86,6 +87,10 @@ class RendezvousEnv(ParallelEnv[str, Any, Any], EzPickle):
         self.observation_spaces = {a: self._settings.observation_space() for a in self.possible_agents}
         self.action_spaces: dict[str, Any] = {a: self._settings.form.space() for a in self.possible_agents}
         self.state_space = self._settings.state_space
+
+    def __repr__(self) -> str:
+        """What it is and where it stands."""
+        return f"RendezvousEnv({standing(self.scenario, [self._episode] if self._episode else [])})"
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The same object for an agent each time."""

@@ -51,6 +51,10 @@ class RendezvousTeamEnv(gymnasium.Env[np.ndarray, np.ndarray], EzPickle):
         self.observation_space = joined_boxes([self.robots.observation_space(a) for a in self.agents])
         self.action_space = joined_actions([self.robots.action_space(a) for a in self.agents])
 
+    def __repr__(self) -> str:
+        """What it is and where it stands."""
+        return f"{type(self).__name__} of {self.robots!r}"
+
     def reset(
         self, *, seed: int | np.integer[Any] | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Float[np.ndarray, " numbers"], dict[str, Any]]:

@@ -57,6 +57,10 @@ class RendezvousTeamVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._ended = np.zeros(num_envs, dtype=bool)
 
+    def __repr__(self) -> str:
+        """What it is and where it stands."""
+        return f"{type(self).__name__} of {self.robots!r}"
+
     def reset(
         self, *, seed: int | Sequence[int] | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pettingzoo import AECEnv
-from pettingzoo.utils.wrappers import BaseWrapper
+from pettingzoo.utils.wrappers import BaseWrapper, OrderEnforcingWrapper
 
 
 class CheckedActionsWrapper(BaseWrapper[str, Any, Any]):
@@ -28,3 +28,15 @@ class CheckedActionsWrapper(BaseWrapper[str, Any, Any]):
             given: Mapping[str, Any] = {agent: action}
             action = self.env.unwrapped.checked(given, [agent])[0]
         super().step(action)
+
+
+class InOrderWrapper(OrderEnforcingWrapper[str, Any, Any]):
+    """PettingZoo's wrapper for the order of calls, which says what it wraps."""
+
+    def __repr__(self) -> str:
+        """What it is and where it stands."""
+        return f"{self.unwrapped!r}, one robot after the other"
+
+    def __str__(self) -> str:
+        """As PettingZoo's own, which does not name itself."""
+        return str(self.env)

@@ -18,6 +18,7 @@ from envs._cohorts import REPLACED, Cohort, without
 from envs._episode import Episode
 from envs._playing import played, settings_of, shown
 from envs._snapshot import FORMAT, VectorSnapshot, blocks_of, check_snapshot
+from envs._standing import standing
 from envs._vector_arguments import checked_actions, checked_mask, checked_n_worlds, checked_seeds
 from envs._vector_results import Buffers, Columns, Infos, Part, VectorStep, columns_of, merged, step_of
 from envs.render.config import DEFAULT_HEIGHT_PX, RenderConfig
@@ -80,8 +81,9 @@ class RendezvousVectorEnv(EzPickle):
         self._last: Columns = {}
 
     def __repr__(self) -> str:
-        """What it is."""
-        return f"RendezvousVectorEnv({self.scenario.name!r}, n_worlds={self.n_worlds})"
+        """What it is and where it stands."""
+        episodes = [cohort.episode for cohort in self._cohorts]
+        return f"RendezvousVectorEnv({standing(self.scenario, episodes, n_worlds=self.n_worlds)})"
 
     @property
     def over(self) -> Bool[np.ndarray, " worlds"]:

@@ -56,6 +56,10 @@ class RendezvousPufferEnv(PufferEnv):
         else:
             _set_buffers(self, buf or {})
 
+    def __repr__(self) -> str:
+        """What it is and where it stands."""
+        return f"{type(self).__name__} of {self.worlds!r}"
+
     def reset(self, seed: int | None = None) -> tuple[np.ndarray, list[dict[str, float]]]:
         """Begin an episode in every world."""
         seen, _ = self.worlds.reset(seed=self._seed if seed is None else seed)

@@ -3,8 +3,7 @@
 from typing import Any
 
 from pettingzoo import AECEnv
-from pettingzoo.utils import wrappers
-from pettingzoo.utils.conversions import parallel_to_aec
+from pettingzoo.utils.conversions import parallel_to_aec_wrapper
 
 from envs._autoreset import Turn, step_and_reset
 from envs._observation import Field, layout, observe
@@ -15,7 +14,7 @@ from envs._snapshot import EpisodeSnapshot
 from envs._spaces import by_name
 from envs._team_env import RendezvousTeamEnv
 from envs._team_vector_env import RendezvousTeamVectorEnv
-from envs._turn_based import CheckedActionsWrapper
+from envs._turn_based import CheckedActionsWrapper, InOrderWrapper
 from envs._vector import RESET_MASK, RendezvousVectorEnv, flat_vector_env, vector_env
 from envs._vector_results import Buffers, VectorStep
 from envs.directions import N_BINS, bin_azimuths
@@ -25,12 +24,12 @@ parallel_env = RendezvousEnv
 
 def raw_env(**kwargs: Any) -> AECEnv[str, Any, Any]:
     """The environment through the AEC interface, without checks; arguments of `parallel_env`."""
-    return parallel_to_aec(parallel_env(**kwargs))
+    return InOrderWrapper(parallel_to_aec_wrapper(parallel_env(**kwargs)))
 
 
 def env(**kwargs: Any) -> AECEnv[str, Any, Any]:
     """The environment through the AEC interface, with checks of order and actions."""
-    return wrappers.OrderEnforcingWrapper(CheckedActionsWrapper(raw_env(**kwargs)))
+    return InOrderWrapper(CheckedActionsWrapper(raw_env(**kwargs)))
 
 
 __all__ = [

@@ -34,6 +34,10 @@ class TranslatedEnv(ParallelEnv[str, Any, Any]):
         answers = spaces.MultiDiscrete(list(choices)) if choices else self.env.action_space("robot_0")
         self.action_spaces = dict.fromkeys(self.possible_agents, answers)
 
+    def __repr__(self) -> str:
+        """What it is and where it stands."""
+        return f"{type(self).__name__} of {self.env!r}"
+
     @property
     def agents(self) -> list[str]:
         """Live agents."""

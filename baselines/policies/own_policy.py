@@ -47,6 +47,10 @@ class Checked:
         require(acts, f"policy {label!r}", rule, type(policy).__name__)
         self._policy, self._label = policy, label
 
+    def __repr__(self) -> str:
+        """Whose it is."""
+        return f"<policy {self._label!r}: {self._policy!r}>"
+
     def reset(self, seed: int, episode: int = 0) -> None:
         """Tell the policy that an episode begins, if it wants to know."""
         reset = getattr(self._policy, "reset", None)
@@ -82,6 +86,10 @@ class OwnTeams(EachAlone):
         """Make one, to see that it can be made."""
         super().__init__([make()])
         self._make, self._is_new = make, True
+
+    def __repr__(self) -> str:
+        """Whose they are."""
+        return repr(self._policies[0])
 
     def reset_rows(
         self,
@@ -122,6 +130,10 @@ class OwnRows:
     def __init__(self, policy: TeamsPolicy, label: str) -> None:
         """Prepare."""
         self._policy, self._label = policy, label
+
+    def __repr__(self) -> str:
+        """Whose it is."""
+        return f"<policy {self._label!r}: {self._policy!r}>"
 
     def reset_rows(
         self,

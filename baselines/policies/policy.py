@@ -64,14 +64,24 @@ class DrivesTeams(ABC):
     Args:
         scenario: Gives the layout of the observations.
         key: Keeps the chance of one kind of policy apart from that of others.
+
+    Attributes:
+        spec: How a command line names it; empty where it was not made by name.
     """
+
+    spec = ""
 
     def __init__(self, scenario: Scenario, *, key: int) -> None:
         """Prepare for one team."""
-        self._columns, self._key = Columns.of(scenario), key
+        self._columns, self._key, self._played = Columns.of(scenario), key, scenario.name
         self._each: list[np.random.Generator] = []
         self._begins = np.zeros(0, dtype=bool)
         self.reset(0)
+
+    def __repr__(self) -> str:
+        """What it is, as a command line names it if it was made by name, and what it was made for."""
+        name = f" {self.spec!r}" if self.spec else ""
+        return f"<{type(self).__name__}{name} for {self._played!r}>"
 
     def reset(self, seed: int, episode: int = 0) -> None:
         """Forget the last episode and key the policy's own chance, for one team."""

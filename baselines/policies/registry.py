@@ -64,7 +64,9 @@ def make_policy(spec: str, scenario: Scenario, *, label: str = "", **parameters:
     given = found.parameters | parameters
     if not found.where:
         policy = pick(POLICIES, found.name, "policy")
-        return policy(**arguments(found.name, policy, given, scenario))
+        made = policy(**arguments(found.name, policy, given, scenario))
+        made.spec = ":".join([found.name, *(f"{key}={value}" for key, value in given.items())])
+        return made
     maker = own_maker(found)
     keywords = arguments(f"{found.where}:{found.name}", maker, given, scenario)
     return own_policy(partial(maker, **keywords), label or found.label or found.short(1))

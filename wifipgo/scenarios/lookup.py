@@ -63,6 +63,17 @@ def scenario_from(values: Mapping[str, Any], where: str, *, above: tuple[Path, .
         raise BadInputError(f"{where}: {problem}") from problem
 
 
+def changed_fields(scenario: Scenario) -> dict[str, Any]:
+    """Values that are not those of the scenario of that name; of the defaults where none has that name."""
+    base = SCENARIOS.get(scenario.name, _PLAIN)
+    pairs = (
+        (name, *(getattr(getattr(each, part) if part else each, name) for each in (scenario, base)))
+        for name, part in field_owners().items()
+        if name not in {"name", "source"}
+    )
+    return {name: value for name, value, before in pairs if value != before}
+
+
 def scenario_toml(scenario: Scenario) -> str:
     """Every value of a scenario as TOML: reading it gives an equal one, whatever the defaults are by then."""
     return toml_text(asdict(scenario))

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import Any, get_type_hints
 
 from wifipgo.coerce import fitted
-from wifipgo.errors import pick, require, require_within
+from wifipgo.errors import pick, quoted, require, require_within
 from wifipgo.graph.config import GraphConfig
 from wifipgo.radio.aoa.estimators import AoaConfig
 from wifipgo.radio.channel.bands import band_of
@@ -24,7 +24,7 @@ _MOST_NUMBERS = 3e8
 _MOST_STEPS = 999_000
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Scenario:
     """One experiment: robots, room, sensors, radio, rules of rendezvous.
 
@@ -77,6 +77,13 @@ class Scenario:
         each = {"ArenaConfig.starts": self.arena.starts, "AoaConfig.antenna_scale": self.turn.antenna_scale}
         for name, given in each.items():
             require(len(given) in {0, self.n_robots}, name, f"empty or {self.n_robots} long", given)
+
+    def __repr__(self) -> str:
+        """Name, and what is not as in the scenario of that name."""
+        from wifipgo.scenarios.lookup import changed_fields  # noqa: PLC0415 (imports this module)
+
+        changed = (f"{name}={quoted(value)}" for name, value in changed_fields(self).items())
+        return f"Scenario({', '.join([repr(self.name), *changed])})"
 
     def _check_names(self) -> None:
         """Reject names that a terminal would take for commands."""
