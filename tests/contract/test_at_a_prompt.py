@@ -13,7 +13,7 @@ from envs.puffer_env import RendezvousPufferEnv
 from train import TranslatedEnv
 from wifipgo.scenarios import SCENARIOS, Scenario, scenario_named
 
-SHORT = {"n_steps": 3}
+SHORT: dict[str, Any] = {"n_steps": 3}
 TEAM = "wifipgo/RendezvousTeam-v0"
 MAKERS: Mapping[str, Callable[[], Any]] = {
     "parallel": lambda: rendezvous_v0.parallel_env(**SHORT),
