@@ -39,8 +39,8 @@ format: $(VENV)/.dev  ## Rewrite the code in the project's layout
 evaluate: $(VENV)/.run  ## Active against random rendezvous, paired; into results/evaluate
 	$(BIN)/python -m baselines.evaluate $(ARGS)
 
-reproduce: $(VENV)/.run  ## The paper's figures and claims, 10 seeds each; into results/reproduce
-	$(BIN)/python -m baselines.reproduce all --trials 10 $(ARGS)
+reproduce: $(VENV)/.run  ## The paper's figures and claims, 10 worlds each; into results/reproduce
+	$(BIN)/python -m baselines.reproduce all --trials 10 --roots 1 $(ARGS)
 
 speed: $(VENV)/.dev  ## Time each part; table and JSON
 	$(BIN)/python -m benchmarks.speed $(ARGS)

@@ -1,4 +1,4 @@
-"""Means, paired ratios and differences, each with a 95 % bootstrap interval."""
+"""An evaluation in numbers: means, paired ratios and differences, each with a 95 % interval."""
 
 import warnings
 from collections.abc import Callable, Mapping
@@ -10,9 +10,21 @@ import pandas as pd
 from jaxtyping import Float
 from scipy import stats
 
+from baselines.evaluation.intervals import CONFIDENCE, INTERVALS, Estimate, mean_of, ratio
 from baselines.evaluation.plan import Plan
 
-CONFIDENCE = 0.95
+__all__ = [
+    "CONFIDENCE",
+    "FIGURES",
+    "N_RESAMPLES",
+    "Estimate",
+    "Paired",
+    "Samples",
+    "Summary",
+    "bootstrap",
+    "summarise",
+]
+
 N_RESAMPLES = 9_999
 _SEED = 0  # of the resampling: the same samples give the same interval
 # Columns of episodes.parquet that are figures, and their units.
@@ -31,15 +43,6 @@ FIGURES: Mapping[str, str] = {
 }
 
 Samples = tuple[Float[np.ndarray, " trials"], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Estimate:
-    """A statistic over trials and its 95 % interval; None where there is none."""
-
-    value: float | None
-    low: float | None
-    high: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,9 +98,9 @@ def summarise(episodes: pd.DataFrame, plan: Plan) -> Summary:
         trials=plan.trials,
         seed=plan.seed,
         reference=plan.reference,
-        intervals=f"{100 * CONFIDENCE:.0f} % bootstrap over trials, BCa, {N_RESAMPLES} resamples",
+        intervals=f"{100 * CONFIDENCE:.0f} %, {INTERVALS}",
         units=FIGURES,
-        policies={p: {f: _mean(rows[f].to_numpy(float)) for f in FIGURES} for p, rows in samples.items()},
+        policies={p: {f: mean_of(rows[f].to_numpy(float)) for f in FIGURES} for p, rows in samples.items()},
         paired={p: _paired(rows, reference) for p, rows in samples.items() if p != plan.reference},
     )
 
@@ -140,16 +143,6 @@ def _interval(
     return float(found.low), float(found.high)
 
 
-def ratio_of_means(other: np.ndarray, reference: np.ndarray, axis: int = -1) -> np.ndarray:
-    """Mean of one sample over that of another; nan if that is 0."""
-    below = reference.mean(axis=axis)
-    return np.asarray(other.mean(axis=axis) / np.where(below == 0.0, np.nan, below))
-
-
-def _mean(sample: Float[np.ndarray, " trials"]) -> Estimate:
-    return bootstrap((sample,), np.mean)
-
-
 def _paired(other: pd.DataFrame, reference: pd.DataFrame) -> Paired:
     """Compare two policies trial by trial."""
 
@@ -161,8 +154,8 @@ def _paired(other: pd.DataFrame, reference: pd.DataFrame) -> Paired:
 
     return Paired(
         n_pairs=len(reference),
-        score_difference=_mean(less("mapped_share")),
-        err_ratio=bootstrap(both("err_last10"), ratio_of_means),
-        ate_trans_difference=_mean(less("ate_trans")),
-        ate_rot_difference=_mean(less("ate_rot")),
+        score_difference=mean_of(less("mapped_share")),
+        err_ratio=ratio(*both("err_last10")),
+        ate_trans_difference=mean_of(less("ate_trans")),
+        ate_rot_difference=mean_of(less("ate_rot")),
     )

@@ -1,12 +1,28 @@
 """A claim of the paper, and what was found for it under which conditions."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence, Sized
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
-from baselines.evaluation.statistics import Estimate
-from baselines.reproduce._rules import Rule, combined
+from baselines.evaluation.intervals import Estimate
+from baselines.reproduce._rules import FEW, FEWEST, NOT_RUN, Rule, combined
 
 HEADLINE, BESIDE, SENSITIVITY = "headline", "beside", "sensitivity"
+NO_EPISODES = "the scenario refuses this change"
+
+
+class Sentence(NamedTuple):
+    """What the paper says.
+
+    Attributes:
+        name: Key, ``fig7.ratio``.
+        claim: In words.
+        source: Where.
+    """
+
+    name: str
+    claim: str
+    source: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,10 +91,8 @@ class Found:
 
 
 def judged(
-    name: str,
-    claim: str,
+    sentence: Sentence,
     *,
-    source: str,
     quantity: str,
     rule: Rule,
     found: Sequence[Found],
@@ -88,33 +102,17 @@ def judged(
     """Judge every figure by the rule, and the claim by its headlines.
 
     Args:
-        name: Key.
-        claim: What the paper says.
-        source: Where it says so.
+        sentence: What the paper says.
         quantity: What the figure is.
         rule: Fixed beforehand.
         found: Figures.
         unit: Of the figure.
         goal: What this project set out to reach.
     """
-    findings = [
-        Finding(
-            conditions=figure.conditions,
-            role=figure.role,
-            value=figure.estimate.value,
-            low=figure.estimate.low,
-            high=figure.estimate.high,
-            n=figure.n,
-            verdict=figure.verdict or rule.judge(figure.estimate),
-            note=figure.note,
-        )
-        for figure in found
-    ]
+    findings = [_finding(figure, rule) for figure in found]
     verdict = combined([finding.verdict for finding in findings if finding.role == HEADLINE])
     return Claim(
-        name=name,
-        claim=claim,
-        source=source,
+        **sentence._asdict(),
         quantity=quantity,
         unit=unit,
         rule=rule.text,
@@ -122,3 +120,42 @@ def judged(
         goal=goal,
         findings=findings,
     )
+
+
+def _finding(figure: Found, rule: Rule) -> Finding:
+    """A figure and its verdict: none where nothing was run, or too little."""
+    value, low, high = (getattr(figure.estimate, end) for end in ("value", "low", "high"))
+    verdict = NOT_RUN if figure.n == 0 else FEW if figure.n < FEWEST else figure.verdict
+    return Finding(
+        conditions=figure.conditions,
+        role=figure.role,
+        value=value,
+        low=low,
+        high=high,
+        n=figure.n,
+        verdict=verdict or rule.judge(figure.estimate),
+        note=figure.note,
+    )
+
+
+def row(
+    conditions: str,
+    measure: Callable[..., Estimate],
+    *samples: Sized,
+    role: str = HEADLINE,
+    note: str = "",
+) -> Found:
+    """A figure of some samples, each a row a trial; one that is empty was not run."""
+    if not all(map(len, samples)):
+        return missing(conditions, NO_EPISODES, role)
+    return Found(conditions=conditions, estimate=measure(*samples), n=len(samples[0]), role=role, note=note)
+
+
+def missing(conditions: str, why: str, role: str = HEADLINE) -> Found:
+    """A row for what was not run."""
+    return Found(conditions=conditions, estimate=Estimate(None, None, None), n=0, role=role, note=why)
+
+
+def not_run(sentence: Sentence) -> Claim:
+    """A claim for which nothing was run."""
+    return Claim(**sentence._asdict(), quantity="", unit="", rule="", verdict=NOT_RUN)

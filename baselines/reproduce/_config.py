@@ -8,6 +8,7 @@ from typing import Annotated
 import tyro
 
 from baselines.evaluation.executors import Executor
+from baselines.reproduce._runs import ROOTS
 from wifipgo.command.checkout import recorded
 from wifipgo.command.docstrings import documented
 from wifipgo.errors import require
@@ -19,15 +20,18 @@ class ReproduceConfig:
 
     Each figure gets a folder in OUT with its picture, its data as parquet and its claims; claims.md and
     claims.json there hold all of them. Episodes that several figures need are run once. The same command with
-    --resume goes on after an interruption, adds figures, and runs nothing twice.
+    --resume goes on after an interruption, adds figures or roots, and runs nothing twice. Left as it is, all
+    takes the better part of an hour on two cores, --trials 10 --roots 1 a few minutes. A verdict needs ten
+    worlds in all: with fewer the figures are drawn and none is given.
 
-    Example: wifipgo reproduce fig7 fig8 --trials 20 --out results/two_robots
+    Example: wifipgo reproduce fig7 fig8 --trials 20 --roots 1 --out results/two_robots
 
     Attributes:
         figures: all, or any of fig2 fig5 fig7 fig8 fig9 fig10.
-        trials: Seeds of every figure, each met by everything that is compared. Left out: 60 with two robots,
+        trials: Worlds of each root, each met by everything that is compared. Left out: 60 with two robots,
             10 with fifty.
-        seed: Root of all seeds.
+        roots: Roots of seeds; the worlds of all are one pool.
+        seed: First root: --seed 3 --roots 2 takes the roots 3 and 4.
         jobs: Batches at once; 0: as many as there are cores. Results do not depend on it.
         worlds: Most worlds that a job plays at once; 0: 64, fewer where teams are large (400 robots in all).
             Results do not depend on it.
@@ -41,6 +45,7 @@ class ReproduceConfig:
 
     figures: Annotated[tuple[str, ...], tyro.conf.Positional] = ("all",)
     trials: int | None = None
+    roots: int = ROOTS
     seed: int = 0
     jobs: int = 0
     worlds: int = 0
@@ -54,6 +59,7 @@ class ReproduceConfig:
     def check(self) -> None:
         """Refuse, before anything runs, what could not run."""
         require(self.trials is None or self.trials >= 1, "trials", ">= 1", self.trials)
+        require(1 <= self.roots <= 10_000, "roots", "in 1..10000", self.roots)
         require(self.seed >= 0, "seed", ">= 0", self.seed)
         both = self.resume and self.overwrite
         require(not both, "--resume and --overwrite", "one of them at most", "both")
@@ -67,7 +73,8 @@ class ReproduceConfig:
     def command(self) -> str:
         """Command line that makes the same results."""
         trials = [] if self.trials is None else ["--trials", str(self.trials)]
-        return recorded("reproduce", *self.figures, *trials, "--seed", str(self.seed))
+        roots = ["--roots", str(self.roots), "--seed", str(self.seed)]
+        return recorded("reproduce", *self.figures, *trials, *roots)
 
 
 def parsed(args: Sequence[str] | None = None) -> ReproduceConfig:

@@ -6,7 +6,7 @@ when figure N is done.
 
 import os
 import shutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -67,10 +67,11 @@ def _record(out: Path) -> dict[str, Any]:
     return dict(found)
 
 
-def done(out: Path, figure: str) -> bool:
-    """Whether a figure is there; one whose claims cannot be read is made again."""
+def done(out: Path, figure: str, roots: Sequence[int] | None = None) -> bool:
+    """Whether a figure is there, of these roots if given; one whose claims cannot be read is made again."""
     try:
-        return isinstance(read_json(out / figure / CLAIMS), dict)
+        found = read_json(out / figure / CLAIMS)
+        return isinstance(found, dict) and (roots is None or found["run"]["roots"] == list(roots))
     except FileNotFoundError:
         return False
     except BadInputError as problem:

@@ -1,40 +1,31 @@
-"""Figures of paired episodes, each with a 95 % interval."""
+"""Figures of paired episodes, each with a 95 % interval; none is biased by how many there are."""
 
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from baselines.evaluation.episodes import Episode
-from baselines.evaluation.statistics import Estimate, bootstrap, ratio_of_means
+from baselines.evaluation.intervals import Estimate, mean_of, ratio, reduction, share
 
 EARLY = 10  # iterations that the paper's curves need to part
 
+Trials = Float[np.ndarray, " trials"]
 
-def column(episodes: Sequence[Episode], *figures: str) -> Float[np.ndarray, " trials"]:
+
+def column(episodes: Sequence[Episode], *figures: str) -> Trials:
     """A figure of every episode, or the sum of several."""
     return np.array([sum(episode.figures[figure] for figure in figures) for episode in episodes], dtype=float)
 
 
-def truth_error(episodes: Sequence[Episode]) -> Float[np.ndarray, " trials"]:
+def truth_error(episodes: Sequence[Episode]) -> Trials:
     """Ground-truth error of the team at the end as the paper adds it up, Eq. 12 + Eq. 13."""
     return column(episodes, "ate_trans", "ate_rot")
 
 
 def err_ratio(other: Sequence[Episode], reference: Sequence[Episode]) -> Estimate:
     """Err of the last ten iterations, one policy's over another's."""
-    return bootstrap((column(other, "err_last10"), column(reference, "err_last10")), ratio_of_means)
-
-
-def reduction(
-    better: Float[np.ndarray, " trials"], worse: Float[np.ndarray, " trials"], *, robust: bool = False
-) -> Estimate:
-    """By how much the mean of one sample is less than that of another, per cent."""
-
-    def statistic(one: np.ndarray, other: np.ndarray, axis: int = -1) -> np.ndarray:
-        return np.asarray(100.0 * (1.0 - ratio_of_means(one, other, axis)))
-
-    return bootstrap((better, worse), statistic, method="percentile" if robust else "BCa")
+    return ratio(column(other, "err_last10"), column(reference, "err_last10"))
 
 
 def truth_reduction(better: Sequence[Episode], worse: Sequence[Episode]) -> Estimate:
@@ -47,27 +38,41 @@ def mean_curves(episodes: Sequence[Episode]) -> Float[np.ndarray, "trials iterat
     return np.stack([episode.steps["err"].mean(axis=1) for episode in episodes])
 
 
-def highest_mean(episodes: Sequence[Episode], threshold: float) -> Estimate:
-    """Highest point of the mean curve after the first ten iterations, in thresholds."""
-    curves = mean_curves(episodes)[:, EARLY:] / threshold
-
-    def statistic(trials: np.ndarray, axis: int = -1) -> np.ndarray:
-        return np.asarray(curves[trials.astype(int)].mean(axis=-2).max(axis=-1))
-
-    return bootstrap((np.arange(len(curves), dtype=float),), statistic)
-
-
-def late_mean(episodes: Sequence[Episode], threshold: float) -> Estimate:
+def late_level(episodes: Sequence[Episode], threshold: float) -> Estimate:
     """Mean Err of the last ten iterations, in thresholds."""
-    return bootstrap((column(episodes, "err_last10") / threshold,), np.mean)
+    return mean_of(column(episodes, "err_last10") / threshold)
 
 
-def difference_of_means(one: Float[np.ndarray, " ones"], other: Float[np.ndarray, " others"]) -> Estimate:
-    """Mean of one sample less that of another, drawn apart: their worlds are not the same."""
-    value = float(one.mean() - other.mean())
-    if min(len(one), len(other)) < 2:
-        return Estimate(value, None, None)
-    rng = np.random.default_rng(0)
-    drawn = [rng.choice(sample, (9_999, len(sample))).mean(axis=1) for sample in (one, other)]
-    low, high = np.percentile(drawn[0] - drawn[1], [2.5, 97.5])
-    return Estimate(value, float(low), float(high))
+def level(episodes: Sequence[Episode], threshold: float, *, at_passes: bool = False) -> Estimate:
+    """Mean Err after the first ten iterations, in thresholds.
+
+    Args:
+        episodes: One a trial.
+        threshold: delta of Algorithm 2.
+        at_passes: Only where Algorithm 2 reads it: once a pass, so never while a call of the robot's is up.
+    """
+    return ratio(*_summed([_late(episode) / threshold for episode in episodes], episodes, at_passes))
+
+
+def share_within(episodes: Sequence[Episode], threshold: float, *, at_passes: bool = False) -> Estimate:
+    """Share of robots and iterations after the first ten whose Err is at most the threshold."""
+    within = [(_late(episode) <= threshold).astype(float) for episode in episodes]
+    return share(*_summed(within, episodes, at_passes))
+
+
+def _late(episode: Episode) -> Float[np.ndarray, "iterations robots"]:
+    return np.asarray(episode.steps["err"][EARLY:], dtype=float)
+
+
+def _summed(
+    values: Sequence[np.ndarray], episodes: Sequence[Episode], at_passes: bool
+) -> tuple[Trials, Trials]:
+    """Sum over robots and iterations of each trial, and how many they were: there are as many as passes."""
+    counted = [_read(episode) | (not at_passes) for episode in episodes]
+    total = np.array([x[at].sum() for x, at in zip(values, counted, strict=True)])
+    return total, np.array([at.sum() for at in counted], dtype=float)
+
+
+def _read(episode: Episode) -> Bool[np.ndarray, "iterations robots"]:
+    """Whether Algorithm 2 is between two passes."""
+    return ~np.asarray(episode.steps["calling"][EARLY:], dtype=bool)

@@ -67,11 +67,10 @@ class OutlierTrial(NamedTuple):
 
 
 class Cell(NamedTuple):
-    """Encounters of one kind, as many as there are trials."""
+    """Encounters of one kind, one for each world's seed."""
 
     cfg: EncounterConfig
-    trials: int
-    seed: int
+    seeds: tuple[int, ...]
     path: Path
 
     @property
@@ -81,7 +80,7 @@ class Cell(NamedTuple):
 
     def compute(self) -> Arrays:
         """Ground-truth error of every trial under every method."""
-        seen = [encounter(self.cfg, (self.seed, k)) for k in range(self.trials)]
+        seen = [encounter(self.cfg, (seed,)) for seed in self.seeds]
         return {"errors": np.array([[error_under(method, e) for method in METHODS] for e in seen])}
 
     def keep(self, result: Arrays) -> None:

@@ -1,18 +1,24 @@
-"""When a claim counts as reproduced: rules that were fixed before anything was run."""
+"""When a claim counts as reproduced: rules that were fixed before anything was run.
 
-from collections.abc import Callable
+A verdict needs ten trials. What an interval leaves open is undecided, whichever side its middle is on.
+"""
+
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 from scipy import stats
 
-from baselines.evaluation.statistics import Estimate
+from baselines.evaluation.intervals import Estimate
 
-REPRODUCED, PARTLY, NOT, OPEN = "reproduced", "partly", "not", "no interval"
+REPRODUCED, PARTLY, NOT, UNDECIDED = "reproduced", "partly", "not", "undecided"
+BY_CONSTRUCTION, FEW, NOT_RUN, UNJUDGED = "by construction", "too few trials", "not run", "-"
+FEWEST = 10  # trials of a verdict
 ALPHA = 0.05  # of the equivalence test
 SAME_COUNT = 0.25  # counts within a quarter of each other are called equal
-HELD = 1.2  # an error up to this many thresholds is held at the threshold
+HELD = 1.0  # mean Err in thresholds, and
+WITHIN = 0.9  # share of robots and iterations at or below it, up to and from which the threshold is held
 
 
 class Rule(NamedTuple):
@@ -25,92 +31,93 @@ class Rule(NamedTuple):
 def at_least(claimed: float, nothing: float, unit: str = "") -> Rule:
     """The paper's figure or more; ``nothing`` is the figure of no effect at all."""
 
-    def judge(found: Estimate) -> str:
-        if found.value is None or found.low is None:
-            return OPEN
-        effect = found.low > nothing
-        return REPRODUCED if effect and found.value >= claimed else PARTLY if effect else NOT
+    def judge(value: float, low: float, high: float) -> str:
+        if low > nothing:
+            return REPRODUCED if value >= claimed else PARTLY
+        return NOT if high < claimed else UNDECIDED
 
     return Rule(
         f"reproduced: at least {claimed:g}{unit} and the whole interval above {nothing:g}{unit} (no effect); "
-        f"partly: the whole interval above {nothing:g}{unit}; not: otherwise",
-        judge,
+        f"partly: the whole interval above {nothing:g}{unit}; not: it reaches {nothing:g}{unit} and stays "
+        f"below {claimed:g}{unit}; undecided: it reaches both",
+        _of_interval(judge),
     )
 
 
-def above(bound: float) -> Rule:
+def above(bound: float, unit: str = "") -> Rule:
     """Beyond a bound."""
 
-    def judge(found: Estimate) -> str:
-        if found.value is None or found.low is None:
-            return OPEN
-        return REPRODUCED if found.low > bound else PARTLY if found.value > bound else NOT
+    def judge(value: float, low: float, high: float) -> str:
+        return REPRODUCED if low > bound else NOT if high <= bound else UNDECIDED
 
-    return Rule(
-        f"reproduced: the whole interval above {bound:g}; partly: the figure above it; not: otherwise", judge
-    )
+    return Rule(f"reproduced: the whole interval above {bound:g}{unit}; {_ELSE}", _of_interval(judge))
 
 
 def at_most(bound: float, unit: str = "") -> Rule:
     """Within a bound."""
 
-    def judge(found: Estimate) -> str:
-        if found.value is None or found.high is None:
-            return OPEN
-        return REPRODUCED if found.high <= bound else PARTLY if found.value <= bound else NOT
+    def judge(value: float, low: float, high: float) -> str:
+        return REPRODUCED if high <= bound else NOT if low > bound else UNDECIDED
 
-    return Rule(
-        f"reproduced: the whole interval at most {bound:g}{unit}; partly: the figure at most that; "
-        "not: otherwise",
-        judge,
-    )
+    return Rule(f"reproduced: the whole interval at most {bound:g}{unit}; {_ELSE}", _of_interval(judge))
 
 
-def within(margin: float) -> Rule:
-    """No further than a margin from none, on either side."""
+def no_less(bound: float, unit: str = "") -> Rule:
+    """A bound or more."""
 
-    def judge(found: Estimate) -> str:
+    def judge(value: float, low: float, high: float) -> str:
+        return REPRODUCED if low >= bound else NOT if high < bound else UNDECIDED
+
+    return Rule(f"reproduced: the whole interval at least {bound:g}{unit}; {_ELSE}", _of_interval(judge))
+
+
+def by_construction(value: float, why: str) -> Rule:
+    """What cannot come out otherwise in a simulation: not evidence, but it has to be so."""
+
+    def judge(found: float, low: float, high: float) -> str:
+        return BY_CONSTRUCTION if found == value else NOT
+
+    return Rule(f"by construction: {why}; not: the figure is not {value:g}", _of_interval(judge))
+
+
+_ELSE = "not: the whole interval on the other side; undecided: the interval holds both"
+
+
+def _of_interval(judge: Callable[[float, float, float], str]) -> Callable[[Estimate], str]:
+    """A verdict where there is an interval."""
+
+    def of_estimate(found: Estimate) -> str:
         if found.value is None or found.low is None or found.high is None:
-            return OPEN
-        inside = max(abs(found.low), abs(found.high)) <= margin
-        return REPRODUCED if inside else PARTLY if abs(found.value) <= margin else NOT
+            return UNDECIDED
+        return judge(found.value, found.low, found.high)
 
-    return Rule(
-        f"reproduced: the whole interval within {margin:+g} and {-margin:+g}; partly: the figure within; "
-        "not: otherwise",
-        judge,
-    )
+    return of_estimate
 
 
-def no_better() -> Rule:
-    """Not below 1, the level of the other."""
-
-    def judge(found: Estimate) -> str:
-        if found.value is None or found.high is None:
-            return OPEN
-        return NOT if found.high < 1.0 else REPRODUCED if found.value >= 1.0 else PARTLY
-
-    return Rule(
-        "reproduced: the figure is at least 1; partly: below 1, but the interval reaches 1; "
-        "not: the whole interval below 1",
-        judge,
-    )
+INDEPENDENT = (
+    f"reproduced: two one-sided Welch tests at {ALPHA:g} find the counts within {100 * SAME_COUNT:.0f} % of "
+    "that without obstacles; not: they do not, and the interval excludes 0; undecided: neither"
+)
+AFFECTED = (
+    "reproduced: the interval excludes 0; not: it does not, and two one-sided Welch tests at "
+    f"{ALPHA:g} find the counts within {100 * SAME_COUNT:.0f} % of that without obstacles; undecided: neither"
+)
 
 
-def differs(margin: float) -> Rule:
-    """A difference that is not chance."""
+def judged_counts(found: Estimate, p: float, *, affected: bool) -> str:
+    """Whether a count is the same in two places.
 
-    def judge(found: Estimate) -> str:
-        if found.value is None or found.low is None or found.high is None:
-            return OPEN
-        apart = found.low > 0.0 or found.high < 0.0
-        return REPRODUCED if apart else PARTLY if abs(found.value) > margin else NOT
-
-    return Rule(
-        f"reproduced: the interval excludes 0; partly: it does not, but the figure is beyond {margin:g}; "
-        "not: otherwise",
-        judge,
-    )
+    Args:
+        found: Difference of the means.
+        p: Of equivalence.
+        affected: Whether the claim is that they differ.
+    """
+    if found.low is None or found.high is None:
+        return UNDECIDED
+    differ, same = found.low > 0.0 or found.high < 0.0, bool(p < ALPHA)
+    if affected:
+        return REPRODUCED if differ else NOT if same else UNDECIDED
+    return REPRODUCED if same else NOT if differ else UNDECIDED
 
 
 def equivalence_p(
@@ -133,7 +140,9 @@ def equivalence_p(
     return float(max(below, beyond))
 
 
-def combined(verdicts: list[str]) -> str:
-    """One verdict of several conditions: reproduced where all are, not where none is, else partly."""
-    found = set(verdicts)
-    return found.pop() if len(found) == 1 else OPEN if OPEN in found else PARTLY
+def combined(verdicts: Sequence[str]) -> str:
+    """One verdict of several conditions: partly where they are not all the same, none where one has none."""
+    found = set(verdicts) or {NOT_RUN}
+    if len(found) == 1:
+        return found.pop()
+    return next((none for none in (NOT_RUN, FEW, UNDECIDED) if none in found), PARTLY)

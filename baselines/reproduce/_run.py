@@ -12,15 +12,16 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from baselines.evaluation.episodes import trial_seed
 from baselines.evaluation.jobs import EpisodesFailedError, Failure, missing, run_all
 from baselines.evaluation.plan import versions
 from baselines.reproduce import _folder
+from baselines.reproduce._claims import not_run
 from baselines.reproduce._config import ReproduceConfig
 from baselines.reproduce._figures import FIGURES, chosen
 from baselines.reproduce._folder import done
 from baselines.reproduce._page import page, with_summary
-from baselines.reproduce._runs import TRIALS, Setting
+from baselines.reproduce._rules import FEW, FEWEST
+from baselines.reproduce._runs import TRIALS, TRIALS_MANY, Setting
 from wifipgo.command.terminal import say
 from wifipgo.files.atomic_files import write_json
 from wifipgo.files.folder_lock import held
@@ -62,11 +63,13 @@ def _work(config: ReproduceConfig, names: Sequence[str], out: Path, console: Con
         EpisodesFailedError: Some episodes raised.
     """
     executor = config.where
-    setting = Setting(trials=config.trials or 0, seed=config.seed, cache=out / _folder.EPISODES)
-    say(console, f"figures: {', '.join(names)}; seed {config.seed}; {executor.name}")
+    setting = Setting(
+        trials=config.trials or 0, seed=config.seed, roots=config.roots, cache=out / _folder.EPISODES
+    )
+    say(console, f"figures: {', '.join(names)}; {_pool(config)}; {executor.name}")
     failures = []
     for name in names:
-        if done(out, name):
+        if done(out, name, setting.numbers):
             say(console, f"{name}: done before")
         else:
             failures += _make(name, setting, out, config, console)
@@ -104,15 +107,22 @@ def _about(name: str, config: ReproduceConfig) -> dict[str, Any]:
     return {
         "command": replace(config, figures=(name,)).command,
         "date": datetime.now(UTC).date().isoformat(),
-        "seed": config.seed,
-        "seeds": [trial_seed(config.seed, k) for k in range(config.trials or TRIALS)],
+        "roots": list(range(config.seed, config.seed + config.roots)),
+        "trials": config.trials or FIGURES[name].TRIALS,
         "versions": versions(),
     }
 
 
+def _pool(config: ReproduceConfig) -> str:
+    """The worlds, in words."""
+    last = config.seed + config.roots - 1
+    roots = f"roots {config.seed} to {last}" if config.roots > 1 else f"root {config.seed}"
+    return f"{roots}, {config.trials or f'{TRIALS} worlds of two robots or {TRIALS_MANY} of fifty'} each"
+
+
 def _together(config: ReproduceConfig, out: Path) -> dict[str, Any]:
     """All figures that are there, as ``claims.json`` and ``claims.md``."""
-    whole = {"figures": {name: _read(out / name / _folder.CLAIMS) for name in FIGURES if done(out, name)}}
+    whole = {"figures": {name: _found(out, name) for name in FIGURES}}
     write_json(out / _folder.CLAIMS, whole)
     (out / _folder.PAGE).write_text(page(whole, lambda name: f"{name}/{name}.png"), encoding="utf-8")
     if config.docs is not None:
@@ -120,14 +130,24 @@ def _together(config: ReproduceConfig, out: Path) -> dict[str, Any]:
     return whole
 
 
+def _found(out: Path, name: str) -> dict[str, Any]:
+    """A figure's claims; those of one that is not there were not run."""
+    if done(out, name):
+        return _read(out / name / _folder.CLAIMS)
+    figure = FIGURES[name]
+    claims = [asdict(not_run(sentence)) for sentence in figure.SENTENCES]
+    return {"title": figure.TITLE, "run": None, "claims": claims}
+
+
 def _document(whole: Mapping[str, Any], out: Path, docs: Path) -> None:
     """The page, what it is made from, and its pictures; figures of other runs stay as they are there."""
     (docs / "pictures").mkdir(parents=True, exist_ok=True)
-    for name in whole["figures"]:
+    ran = {name: of for name, of in whole["figures"].items() if of["run"]}
+    for name in ran:
         if (out / name / f"{name}.png").is_file():
             shutil.copyfile(out / name / f"{name}.png", docs / documented_picture(name))
     before = _read(docs / _folder.CLAIMS)["figures"] if (docs / _folder.CLAIMS).is_file() else {}
-    figures = {**before, **whole["figures"]}
+    figures = {**whole["figures"], **before, **ran}
     merged = {"figures": {name: figures[name] for name in FIGURES if name in figures}}
     write_json(docs / _folder.CLAIMS, merged)
     (docs / _folder.PAGE).write_text(page(merged, documented_picture), encoding="utf-8")
@@ -157,4 +177,7 @@ def _report(whole: Mapping[str, Any], config: ReproduceConfig, console: Console)
         for claim in of["claims"]:
             table.add_row(Text(claim["name"]), Text(claim["verdict"]), Text(claim["claim"]))
     console.print(table)
+    verdicts = {claim["verdict"] for of in whole["figures"].values() for claim in of["claims"]}
+    if FEW in verdicts:
+        say(console, f"a verdict needs {FEWEST} worlds: --trials and --roots say how many there are")
     say(console, f"results: {config.out}; read {config.out / _folder.PAGE}")

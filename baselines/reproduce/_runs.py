@@ -1,20 +1,29 @@
 """What figures are made of: a policy in a scenario on every seed, each episode run once for all figures."""
 
 import json
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from pathlib import Path
+from typing import NamedTuple
 
 import pandas as pd
 
 from baselines.evaluation.episodes import Episode, trial_seed
 from baselines.evaluation.jobs import Task
 from baselines.evaluation.run_folder import episodes_frame, steps_frame
+from wifipgo.errors import BadInputError
 from wifipgo.scenarios import Scenario, scenario_named
 
 MANY_ROBOTS = 10
-TRIALS, TRIALS_MANY = 60, 10  # unless asked for otherwise: with two robots, with fifty
+ROOTS, TRIALS, TRIALS_MANY = 8, 60, 10  # unless asked for otherwise; worlds of a root with two robots, fifty
+
+
+class World(NamedTuple):
+    """A world of the pool: its number, and the seed of all that happens by chance in it."""
+
+    number: int
+    seed: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,18 +31,47 @@ class Setting:
     """What all figures of a run share.
 
     Attributes:
-        trials: Seeds of every figure; 0: 60 with two robots, 10 with fifty.
-        seed: Root of all seeds.
+        trials: Worlds of each root; 0: 60 with two robots, 10 with fifty.
+        seed: First root.
+        roots: How many roots follow each other; the worlds of all are one pool.
         cache: Folder of finished episodes.
+        changes: Other values for fields of every scenario.
+        sensitivity: Whether numbers of ours are changed one at a time, too.
     """
 
     trials: int
     seed: int
     cache: Path
+    roots: int = 1
+    changes: Mapping[str, object] = field(default_factory=dict)
+    sensitivity: bool = True
+
+    def worlds(self, n_robots: int = 2) -> list[World]:
+        """The pool, root after root."""
+        n = self.trials or (TRIALS if n_robots < MANY_ROBOTS else TRIALS_MANY)
+        return [
+            World((root - self.seed) * n + k, trial_seed(root, k)) for root in self.numbers for k in range(n)
+        ]
+
+    @property
+    def numbers(self) -> range:
+        """Numbers of the roots."""
+        return range(self.seed, self.seed + self.roots)
 
     def trials_of(self, scenario: Scenario) -> int:
-        """Seeds for a scenario."""
-        return self.trials or (TRIALS if scenario.n_robots < MANY_ROBOTS else TRIALS_MANY)
+        """Worlds of the pool."""
+        return len(self.worlds(scenario.n_robots))
+
+    def of(self, scenario: Scenario) -> Scenario:
+        """A scenario as it is changed here; as it was if it refuses that."""
+        return self.changed(scenario) or scenario
+
+    def changed(self, scenario: Scenario) -> Scenario | None:
+        """A scenario as it is changed here; none if it refuses that."""
+        try:
+            return scenario.with_overrides(**self.changes)
+        except BadInputError:
+            return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,19 +89,19 @@ class Run:
         return sha256(text.encode()).hexdigest()[:16]
 
     def tasks(self, setting: Setting) -> list[Task]:
-        """Its episodes."""
-        trials = range(setting.trials_of(self.scenario))
+        """Its episodes; none if its scenario refuses what is changed."""
+        scenario = setting.changed(self.scenario)
+        if scenario is None:
+            return []
+        key = Run(scenario, self.policy).key
         return [
-            Task(self.scenario, self.policy, k, trial_seed(setting.seed, k), self._path(setting, k))
-            for k in trials
+            Task(scenario, self.policy, k, seed, setting.cache / f"{key}-{k:05d}.npz")
+            for k, seed in setting.worlds(scenario.n_robots)
         ]
 
     def episodes(self, setting: Setting) -> list[Episode]:
-        """Its finished episodes, trial by trial."""
+        """Its finished episodes, world by world."""
         return [Episode.load(task.path) for task in self.tasks(setting)]
-
-    def _path(self, setting: Setting, trial: int) -> Path:
-        return setting.cache / f"{self.key}-{trial:05d}.npz"
 
 
 def tasks_of(runs: Sequence[Run], setting: Setting) -> list[Task]:

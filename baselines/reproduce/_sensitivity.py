@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from baselines.evaluation.episodes import Episode
-from baselines.evaluation.statistics import Estimate
-from baselines.reproduce._claims import SENSITIVITY, Found
+from baselines.evaluation.intervals import Estimate
+from baselines.reproduce._claims import SENSITIVITY, Found, row
 from baselines.reproduce._runs import Run, Setting, changed
 from wifipgo.scenarios import Scenario
 
@@ -30,7 +30,8 @@ def variants(scenario: Scenario) -> dict[str, Change]:
     rates: dict[str, Change] = {
         f"q {q:g} Mb/s (ours {scenario.link.q_mbit_s:g})": {"q_mbit_s": q} for q in (13.0, 58.5)
     }
-    return {**arenas, **kappas, **rates}
+    places: dict[str, Change] = {"own places not measured (ours: measured again)": {"revisit_gap": 1000}}
+    return {**places, **arenas, **kappas, **rates}
 
 
 def sensitivity_runs(scenario: Scenario) -> dict[str, tuple[Run, Run]]:
@@ -62,14 +63,16 @@ def sensitivity(
         measure: Takes the episodes of active and of random.
         prefix: To put before what a change is called.
     """
+    pairs = sensitivity_runs(scenario) if setting.sensitivity else {}
     return [
-        Found(
-            conditions=prefix + label,
-            estimate=measure(active.episodes(setting), random.episodes(setting)),
-            n=setting.trials_of(scenario),
+        row(
+            prefix + label,
+            measure,
+            active.episodes(setting),
+            random.episodes(setting),
             role=SENSITIVITY,
         )
-        for label, (active, random) in sensitivity_runs(scenario).items()
+        for label, (active, random) in pairs.items()
     ]
 
 

@@ -38,7 +38,8 @@ def _policies(room: str) -> dict[str, Run]:
 def tasks(setting: Setting) -> list[Task]:
     """All episodes, those of the sensitivity included."""
     main = [run for room in runs().values() for run in room.values()]
-    more = [run for room in CHANGED for run in all_runs(sensitivity_runs(ROOMS[room]))]
+    rooms = CHANGED if setting.sensitivity else ()
+    more = [run for room in rooms for run in all_runs(sensitivity_runs(ROOMS[room]))]
     return tasks_of([*main, *more], setting)
 
 

@@ -10,11 +10,10 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Complex, Float
 
-from baselines.evaluation.episodes import trial_seed
-from baselines.evaluation.statistics import Estimate, bootstrap
+from baselines.evaluation.intervals import Estimate, median_of
 from baselines.reproduce import _draw, _rules
-from baselines.reproduce._claims import BESIDE, HEADLINE, Claim, Found, judged
-from baselines.reproduce._runs import TRIALS, Setting
+from baselines.reproduce._claims import BESIDE, Claim, Found, Sentence, judged, missing, row
+from baselines.reproduce._runs import Setting
 from wifipgo.graph.outliers.aoa_weights import PAPER_GATE_RAD
 from wifipgo.radio import aoa
 from wifipgo.radio.channel import csi
@@ -23,6 +22,17 @@ from wifipgo.radio.recordings.wsr_dataset import read_links
 from wifipgo.se2 import wrap_angle
 
 TITLE = "Signal profile over azimuth and elevation"
+AZIMUTH = Sentence(
+    "fig2.azimuth",
+    "The highest peak of the profile captures the direction of arrival (azimuth).",
+    "Sec. 4, Fig. 2, Eq. 6",
+)
+ELEVATION = Sentence(
+    "fig2.elevation",
+    "The profile captures the direction of arrival in 3D (elevation).",
+    "Sec. 4, Fig. 2, Eq. 6",
+)
+SENTENCES = (AZIMUTH, ELEVATION)
 RADIO, TURN = csi.RadioConfig(), aoa.AoaConfig()
 ELEVATIONS_RAD = np.deg2rad(np.arange(0.0, 61.0))
 SHOWN_RAD = np.deg2rad([60.0, 25.0])  # direct path in the picture
@@ -49,12 +59,17 @@ def make(setting: Setting, folder: Path) -> list[Claim]:
     """Draw, write the data, judge."""
     links = recorded()
     heard = _turns(setting)
-    errors_deg = _simulated(heard)
+    errors_deg, recorded_deg = _simulated(heard), recorded_errors(links)
     errors_deg.to_parquet(folder / "simulated.parquet", index=False)
-    recorded_deg = recorded_errors(links)
     recorded_deg.to_parquet(folder / "recorded.parquet", index=False)
     _draw_profiles(folder / "fig2.png", heard, links)
     return [_azimuths(errors_deg, recorded_deg), _elevations(errors_deg)]
+
+
+def claims(setting: Setting) -> list[Claim]:
+    """Judge only."""
+    errors_deg = _simulated(_turns(setting))
+    return [_azimuths(errors_deg, recorded_errors(recorded())), _elevations(errors_deg)]
 
 
 def recorded() -> list[Link]:
@@ -66,8 +81,7 @@ def recorded() -> list[Link]:
 
 def _turns(setting: Setting) -> Heard:
     """A turn for each seed; the first one is the picture's."""
-    n = setting.trials or TRIALS
-    rngs = [np.random.default_rng(trial_seed(setting.seed, k)) for k in range(n)]
+    rngs = [np.random.default_rng(world.seed) for world in setting.worlds()]
     drawn = np.array([rng.uniform([-np.pi, 0.0], [np.pi, np.deg2rad(40.0)]) for rng in rngs])
     drawn[0] = SHOWN_RAD
     received = np.concatenate(
@@ -168,39 +182,38 @@ def _draw_polar(figure: Figure, place: object, profile: np.ndarray, truth_rad: f
 
 def _median(errors_deg: pd.Series) -> Estimate:
     """Median distance from the truth, degrees."""
-    return bootstrap((np.abs(errors_deg.to_numpy(float)),), np.median, method="percentile")
+    return median_of(np.abs(errors_deg.to_numpy(float)))
 
 
 def _azimuths(simulated: pd.DataFrame, real: pd.DataFrame) -> Claim:
-    within = f"median |error|; {100 * float((simulated.azimuth_error_deg.abs() <= _GATE_DEG).mean()):.0f} %"
-    found = [
-        Found(
-            conditions="simulated quarter turn, two echoes 6 dB below, 20 dB SNR",
-            estimate=_median(simulated.azimuth_error_deg),
-            n=len(simulated),
-            note=f"{within} of the peaks within {_GATE_DEG:.1f} deg",
-        )
-    ]
-    if len(real):
-        near = 100 * float((real.azimuth_error_deg.abs() <= _GATE_DEG).mean())
-        found.append(
-            Found(
-                conditions="real recordings, moving antenna, motion-capture truth",
-                estimate=_median(real.azimuth_error_deg),
-                n=len(real),
-                role=HEADLINE,
-                note=f"links, not seeds; {near:.0f} % of the peaks within {_GATE_DEG:.1f} deg",
-            )
-        )
     return judged(
-        "fig2.azimuth",
-        "The highest peak of the profile captures the direction of arrival (azimuth).",
-        source="Sec. 4, Fig. 2, Eq. 6",
+        AZIMUTH,
         quantity="median distance of the highest peak from the true azimuth",
         unit=" deg",
         rule=_rules.at_most(round(_GATE_DEG, 1), " deg"),
-        found=found,
+        found=[
+            row(
+                "simulated quarter turn, two echoes 6 dB below, 20 dB SNR",
+                _median,
+                simulated.azimuth_error_deg,
+                note=f"median |error|; {_within(simulated)}",
+            ),
+            _on_recordings(real),
+        ],
     )
+
+
+def _on_recordings(real: pd.DataFrame) -> Found:
+    """The same of real links, if they are there."""
+    conditions = "real recordings, moving antenna, motion-capture truth"
+    if real.empty:
+        return missing(conditions, f"wsr/{RECORDINGS} is not in the folder of data (WIFIPGO_DATA)")
+    return row(conditions, _median, real.azimuth_error_deg, note=f"links, not seeds; {_within(real)}")
+
+
+def _within(errors: pd.DataFrame) -> str:
+    share = 100 * float((errors.azimuth_error_deg.abs() <= _GATE_DEG).mean())
+    return f"{share:.0f} % of the peaks within {_GATE_DEG:.1f} deg"
 
 
 _GATE_DEG = float(np.rad2deg(PAPER_GATE_RAD))
@@ -208,29 +221,18 @@ _GATE_DEG = float(np.rad2deg(PAPER_GATE_RAD))
 
 def _elevations(simulated: pd.DataFrame) -> Claim:
     steep = simulated[simulated.elevation_deg >= 15.0]
-    found = [
-        Found(
-            conditions="simulated quarter turn, elevations of 0 to 40 deg",
-            estimate=_median(simulated.elevation_error_deg),
-            n=len(simulated),
-            note="a turn in the plane cannot tell up from down; elevations are taken as upward",
-        )
-    ]
-    if len(steep) > 1:
-        found.append(
-            Found(
-                conditions="of these, elevations of 15 deg and more",
-                estimate=_median(steep.elevation_error_deg),
-                n=len(steep),
-                role=BESIDE,
-            )
-        )
     return judged(
-        "fig2.elevation",
-        "The profile captures the direction of arrival in 3D (elevation).",
-        source="Sec. 4, Fig. 2, Eq. 6",
+        ELEVATION,
         quantity="median distance of the highest peak from the true elevation",
         unit=" deg",
         rule=_rules.at_most(round(_GATE_DEG, 1), " deg"),
-        found=found,
+        found=[
+            row(
+                "simulated quarter turn, elevations of 0 to 40 deg",
+                _median,
+                simulated.elevation_error_deg,
+                note="a turn in the plane cannot tell up from down; elevations are taken as upward",
+            ),
+            row("of these, elevations of 15 deg and more", _median, steep.elevation_error_deg, role=BESIDE),
+        ],
     )

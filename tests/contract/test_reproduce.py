@@ -14,12 +14,14 @@ from support.data_dir import data_dir
 
 from baselines.evaluation import jobs
 from baselines.evaluation.batches import Batch
+from baselines.evaluation.episodes import Episode, trial_seed
+from baselines.evaluation.intervals import mean_of
 from baselines.evaluation.jobs import EpisodesFailedError
-from baselines.evaluation.statistics import Estimate
 from baselines.reproduce import _figures, _folder, _rules, _run, fig2, fig9
 from baselines.reproduce.__main__ import main
-from baselines.reproduce._claims import Claim, Found, judged
+from baselines.reproduce._claims import Claim, Sentence, judged, row
 from baselines.reproduce._config import ReproduceConfig
+from baselines.reproduce._measures import column
 from baselines.reproduce._outlier_trials import METHODS, OutlierTrial
 from baselines.reproduce._page import page
 from baselines.reproduce._run import reproduce
@@ -31,16 +33,27 @@ SHORT = changed("paper-sim-2", n_steps=3)
 
 def small(policies: Sequence[str]) -> SimpleNamespace:
     """A figure of short episodes."""
-    runs = [Run(SHORT, policy) for policy in policies]
+    runs, sentence = [Run(SHORT, policy) for policy in policies], Sentence("small", "It moves.", "-")
+
+    def claims(setting: Setting) -> list[Claim]:
+        found = [
+            row("short", lambda of: mean_of(column(of, "distance_m")), run.episodes(setting)) for run in runs
+        ]
+        return [judged(sentence, quantity="distance", rule=_rules.above(0.0), found=found)]
 
     def make(setting: Setting, folder: Path) -> list[Claim]:
-        value = float(sum(e.figures["distance_m"] for run in runs for e in run.episodes(setting)))
-        (folder / "figure.txt").write_text(str(value))
-        found = [Found(conditions="short", estimate=Estimate(value, value, value), n=setting.trials)]
-        rule = _rules.above(0.0)
-        return [judged("small", "It moves.", source="-", quantity="distance", rule=rule, found=found)]
+        found = claims(setting)
+        (folder / "figure.txt").write_text(str(found[0].findings[0].value))
+        return found
 
-    return SimpleNamespace(TITLE="small", tasks=lambda setting: tasks_of(runs, setting), make=make)
+    return SimpleNamespace(
+        TITLE="small",
+        TRIALS=60,
+        SENTENCES=[sentence],
+        tasks=lambda setting: tasks_of(runs, setting),
+        make=make,
+        claims=claims,
+    )
 
 
 @pytest.fixture
@@ -52,8 +65,22 @@ def two(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def asked(out: Path, **changes: Any) -> ReproduceConfig:
-    config = ReproduceConfig(trials=2, executor="serial", worlds=1, out=out)
+    config = ReproduceConfig(trials=2, roots=1, executor="serial", worlds=1, out=out)
     return replace(config, **changes)
+
+
+def ran(whole: dict[str, Any]) -> list[str]:
+    """Figures that are there; all others say that they were not run."""
+    for of in whole["figures"].values():
+        assert of["run"] or {claim["verdict"] for claim in of["claims"]} == {"not run"}
+    return [name for name, of in whole["figures"].items() if of["run"]]
+
+
+def by_conditions(out: Path, name: str) -> dict[str, str]:
+    """Verdict of every row of a claim."""
+    figures = json.loads((out / "claims.json").read_text())["figures"].values()
+    (claim,) = [claim for of in figures for claim in of["claims"] if claim["name"] == name]
+    return {finding["conditions"]: finding["verdict"] for finding in claim["findings"]}
 
 
 def counted(
@@ -109,11 +136,11 @@ def test_an_interrupted_run_goes_on_and_a_finished_figure_is_not_made_again(
 @pytest.mark.usefixtures("two")
 def test_figures_are_added_and_a_run_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = tmp_path / "out"
-    assert list(reproduce(asked(out, figures=("figA",)))["figures"]) == ["figA"]
+    assert ran(reproduce(asked(out, figures=("figA",)))) == ["figA"]
     seen = counted(monkeypatch)
-    assert list(reproduce(asked(out, figures=("figB",), resume=True))["figures"]) == ["figA", "figB"]
+    assert ran(reproduce(asked(out, figures=("figB",), resume=True))) == ["figA", "figB"]
     assert len(seen) == 2
-    assert list(reproduce(asked(out, figures=("figB",), overwrite=True, seed=1))["figures"]) == ["figB"]
+    assert ran(reproduce(asked(out, figures=("figB",), overwrite=True, seed=1))) == ["figB"]
     assert len(seen) == 2 + 4
 
 
@@ -124,11 +151,29 @@ def test_what_raises_costs_its_figure_only(tmp_path: Path, monkeypatch: pytest.M
         counted(patch, fail_at=3, by=RuntimeError)
         with pytest.raises(EpisodesFailedError, match=r"policy active, trial 1, seed \d+: RuntimeError"):
             reproduce(asked(out))
-    assert list(json.loads((out / "claims.json").read_text())["figures"]) == ["figA"]
+    whole = json.loads((out / "claims.json").read_text())
+    assert ran(whole) == ["figA"]
+    assert [claim["verdict"] for claim in whole["figures"]["figB"]["claims"]] == ["not run"]
+    assert "### small: not run" in (out / "claims.md").read_text()
     assert "RuntimeError" in (out / "failures.txt").read_text()
-    whole = reproduce(asked(out, resume=True))
-    assert list(whole["figures"]) == ["figA", "figB"]
+    assert ran(reproduce(asked(out, resume=True))) == ["figA", "figB"]
     assert not (out / "failures.txt").exists()
+
+
+@pytest.mark.usefixtures("two")
+def test_roots_are_added_to_the_pool(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Worlds of the first root are not played again; all other seeds are those that each root has alone."""
+    out = tmp_path / "out"
+    one = reproduce(asked(out, figures=("figA",), trials=6))["figures"]["figA"]
+    assert one["claims"][0]["verdict"] == "too few trials"
+    seen = counted(monkeypatch)
+    two = reproduce(asked(out, figures=("figA",), trials=6, roots=2, resume=True))["figures"]["figA"]
+    assert [task.trial for task in seen] == list(range(6, 12))
+    assert [task.seed for task in seen] == [trial_seed(1, k) for k in range(6)]
+    assert (two["run"]["roots"], two["claims"][0]["findings"][0]["n"]) == ([0, 1], 12)
+    assert two["claims"][0]["verdict"] == "reproduced"
+    pool = [Episode.load(path).figures["distance_m"] for path in (out / "episodes").iterdir()]
+    assert two["claims"][0]["findings"][0]["value"] == pytest.approx(np.mean(pool))
 
 
 @pytest.mark.usefixtures("two")
@@ -159,6 +204,7 @@ def test_a_folder_that_is_no_reproduction_is_left_alone(overwrite: bool, tmp_pat
         (["fig2", "--trials", "0"], "trials must be >= 1, got 0"),
         (["fig2", "--trials", "-3"], "trials must be >= 1, got -3"),
         (["fig2", "--seed", "-1"], "seed must be >= 0"),
+        (["fig2", "--roots", "0"], "roots must be in 1..10000, got 0"),
         (["fig2", "--jobs", "-1"], "jobs must be >= 0"),
         (["fig2", "--executor", "slurm"], "unknown executor 'slurm'"),
         (["fig2", "--resume", "--overwrite"], "--resume and --overwrite must be one of them at most"),
@@ -182,13 +228,16 @@ def test_profile_and_dark_from_the_command_line(
     monkeypatch.setattr(fig9, "ROOMS", {"without obstacles": "paper-hw-2"})
     out = tmp_path / "out"
     docs = tmp_path / "docs"
-    options = ["--trials", "2", "--executor", "serial", "--out", str(out), "--docs", str(docs)]
+    options = ["--trials", "2", "--roots", "1", "--executor", "serial"]
+    options += ["--out", str(out), "--docs", str(docs)]
     assert main(["fig2", "fig9", *options]) == 0
     assert "fig9.dark" in capsys.readouterr().out
     for name in ("fig2", "fig9"):
         assert (out / name / f"{name}.png").read_bytes().startswith(PNG)
         assert (docs / "pictures" / f"{name}.png").is_file()
     assert len(pd.read_parquet(out / "fig2" / "simulated.parquet")) == 2
+    real = "real recordings, moving antenna, motion-capture truth"
+    assert by_conditions(out, "fig2.azimuth")[real] == "not run"
     steps = pd.read_parquet(out / "fig9" / "steps.parquet")
     assert set(steps.iteration) == set(range(1, 51))
     claims = json.loads((docs / "claims.json").read_text())
@@ -204,11 +253,8 @@ def test_profile_and_dark_from_the_command_line(
     )
     assert main(["fig9", *options, "--resume"]) == 0
     merged = json.loads((docs / "claims.json").read_text())["figures"]
-    assert [(name, of["title"] == older["title"]) for name, of in merged.items()] == [
-        ("fig2", False),
-        ("fig7", True),
-        ("fig9", True),
-    ]
+    assert [name for name, of in merged.items() if of["run"]] == ["fig2", "fig7", "fig9"]
+    assert [name for name, of in merged.items() if of["title"] == older["title"]] == ["fig7", "fig9"]
 
 
 def test_recordings_are_judged_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from baselines.evaluation.statistics import bootstrap, ratio_of_means
+from baselines.evaluation.statistics import bootstrap
 
 
 def test_interval_of_a_mean_is_the_normal_one() -> None:
@@ -26,18 +26,9 @@ def test_interval_of_zeros_and_ones_is_binomial() -> None:
     assert found.high == pytest.approx(stats.binom.ppf(0.975, n, share) / n, abs=1.01 / n)
 
 
-def test_ratio_of_proportional_pairs_is_certain() -> None:
-    """Pairs stay together: if every pair has the ratio 6, every resample has."""
-    reference = np.random.default_rng(0).uniform(1.0, 9.0, 12)
-    found = bootstrap((6.0 * reference, reference), ratio_of_means)
-    assert (found.value, found.low, found.high) == pytest.approx((6.0, 6.0, 6.0))
-
-
 def test_degenerate_samples_warn_of_nothing() -> None:
-    """Equal values have an interval of no width, one value has none, nor has a ratio to zero."""
+    """Equal values have an interval of no width, one value has none."""
     equal = bootstrap((np.full(5, 2.0),), np.mean)
     assert (equal.value, equal.low, equal.high) == (2.0, 2.0, 2.0)
     one = bootstrap((np.ones(1),), np.mean)
     assert (one.value, one.low, one.high) == (1.0, None, None)
-    none = bootstrap((np.ones(3), np.zeros(3)), ratio_of_means)
-    assert (none.value, none.low, none.high) == (None, None, None)
