@@ -1,66 +1,64 @@
 """Teams driven in every way that an action allows, with a look at all that comes out, for thousands of steps.
 
-Run as a program, it plays one of `GROUPS` and prints how many steps that were. Type checks of the test
-run make a step several times as slow, so the tests run most steps in a process of their own.
+Run as a program, it plays all `GROUPS` and prints how many steps that were. Type checks of the test run make
+a step several times as slow, so the tests run most steps in a process of their own.
 """
 
-import sys
+import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from hypothesis import given, seed, settings
-from hypothesis import strategies as st
+from jaxtyping import Float
 
-from envs.rendezvous_v0 import RendezvousEnv, parallel_env
+from envs.rendezvous_v0 import RendezvousVectorEnv, vector_env
 from wifipgo.scenarios import SCENARIOS
-from wifipgo.state import Tick
 
 STRETCH, N_STRETCHES = 10, 5  # steps that a team keeps to one way of driving, and ways in an episode
 
-Drive = Callable[[Tick, float, np.random.Generator], np.ndarray]
+Poses = Float[np.ndarray, "robots 3"]
+Drive = Callable[[Poses, float, np.random.Generator], np.ndarray]
 
 
-def anywhere(tick: Tick, size_m: float, rng: np.random.Generator) -> np.ndarray:
-    return rng.uniform(-1.0, 1.0, (len(tick.belief.err), 3))
+def anywhere(poses: Poses, size_m: float, rng: np.random.Generator) -> np.ndarray:
+    return rng.uniform(-1.0, 1.0, (len(poses), 3))
 
 
-def one_corner(tick: Tick, size_m: float, rng: np.random.Generator) -> np.ndarray:
+def one_corner(poses: Poses, size_m: float, rng: np.random.Generator) -> np.ndarray:
     """A corner of the action box, the same for all."""
-    return np.tile(rng.choice([-1.0, 1.0], 3), (len(tick.belief.err), 1))
+    return np.tile(rng.choice([-1.0, 1.0], 3), (len(poses), 1))
 
 
-def own_corners(tick: Tick, size_m: float, rng: np.random.Generator) -> np.ndarray:
-    return rng.choice([-1.0, 0.0, 1.0], (len(tick.belief.err), 3))
+def own_corners(poses: Poses, size_m: float, rng: np.random.Generator) -> np.ndarray:
+    return rng.choice([-1.0, 0.0, 1.0], (len(poses), 3))
 
 
-def beyond(tick: Tick, size_m: float, rng: np.random.Generator) -> np.ndarray:
+def beyond(poses: Poses, size_m: float, rng: np.random.Generator) -> np.ndarray:
     """Finite, far outside the action box, and next to nothing."""
-    return rng.choice([-3e38, 1e30, 1e-40, -0.0], (len(tick.belief.err), 3))
+    return rng.choice([-3e38, 1e30, 1e-40, -0.0], (len(poses), 3))
 
 
-def stand_and_call(tick: Tick, size_m: float, rng: np.random.Generator) -> np.ndarray:
-    return np.tile([0.0, 0.0, 1.0], (len(tick.belief.err), 1))
+def stand_and_call(poses: Poses, size_m: float, rng: np.random.Generator) -> np.ndarray:
+    return np.tile([0.0, 0.0, 1.0], (len(poses), 1))
 
 
-def at_each_other(tick: Tick, size_m: float, rng: np.random.Generator) -> np.ndarray:
+def at_each_other(poses: Poses, size_m: float, rng: np.random.Generator) -> np.ndarray:
     """Everyone drives at the next robot, and calls."""
-    return towards(tick, np.roll(tick.truth.poses[:, -1, :2], 1, axis=0))
+    return towards(poses, np.roll(poses[:, :2], 1, axis=0))
 
 
-def into_the_corner(tick: Tick, size_m: float, rng: np.random.Generator) -> np.ndarray:
+def into_the_corner(poses: Poses, size_m: float, rng: np.random.Generator) -> np.ndarray:
     """Everyone drives through the walls of one corner, and calls."""
-    return towards(tick, np.tile(rng.choice([-1.0, size_m + 1.0], 2), (len(tick.belief.err), 1)))
+    return towards(poses, np.tile(rng.choice([-1.0, size_m + 1.0], 2), (len(poses), 1)))
 
 
-def towards(tick: Tick, goals_m: np.ndarray) -> np.ndarray:
+def towards(poses: Poses, goals_m: np.ndarray) -> np.ndarray:
     """Full steps towards true goals, in the true body frame."""
-    pose = tick.truth.poses[:, -1]
-    gap = goals_m - pose[:, :2]
-    bearing = np.arctan2(gap[:, 1], gap[:, 0]) - pose[:, 2]
-    return np.stack([np.cos(bearing), np.sin(bearing), np.ones(len(pose))], axis=1)
+    gap = goals_m - poses[:, :2]
+    bearing = np.arctan2(gap[:, 1], gap[:, 0]) - poses[:, 2]
+    return np.stack([np.cos(bearing), np.sin(bearing), np.ones(len(poses))], axis=1)
 
 
 DRIVES: tuple[Drive, ...] = (
@@ -76,60 +74,58 @@ DRIVES: tuple[Drive, ...] = (
 
 @dataclass(frozen=True)
 class Trial:
-    """Episodes of one environment, each by another seed and plan."""
+    """Worlds of one environment side by side, each by another seed and plan."""
 
     scenario: str
-    n_episodes: int
+    n_worlds: int
     changes: dict[str, Any] = field(default_factory=dict)
     observation: str = "flat"
 
     def play(self, place: int) -> int:
-        """Run the episodes that hypothesis thinks of at this place of a list; returns their steps."""
-        env = parallel_env(self.scenario, observation=self.observation, **self.changes)
-        plans, done = st.lists(st.sampled_from(DRIVES), min_size=N_STRETCHES, max_size=N_STRETCHES), []
-
-        @seed(place)
-        @settings(max_examples=self.n_episodes, deadline=None, database=None)
-        @given(world=st.integers(0, 2**32 - 1), plan=plans)
-        def episodes(world: int, plan: list[Drive]) -> None:
-            done.append(play_episode(env, world, plan))
-
-        episodes()
-        return sum(done)
-
-
-def play_episode(env: RendezvousEnv, world: int, plan: list[Drive]) -> int:
-    """Run an episode by plan and look at everything that comes out; returns its steps."""
-    rng, n_steps = np.random.default_rng(world), 0
-    env.reset(seed=world)
-    box, size_m = env.observation_space("robot_0"), env.scenario.arena.size_m
-    for drive in plan:
-        for _ in range(STRETCH):
-            if not env.agents:
-                return n_steps
-            rows = drive(env.tick, size_m, rng).astype(np.float32)
-            observations, rewards, *_ = env.step(dict(zip(env.agents, rows, strict=True)))
-            n_steps += 1
-            check_within(box, list(observations.values()))
-            check_within(env.state_space, [env.state()])
-            assert np.isfinite(list(rewards.values())).all()
-            p_m, hull_m = env.tick.truth.poses[:, -1, :2], env.scenario.arena.robot_radius_m / 2.0
-            assert hull_m < p_m.min() <= p_m.max() < size_m - hull_m, "through a wall"
-    return n_steps
+        """Run the episodes at this place of a list and look at all that comes out; returns their steps."""
+        env = vector_env(self.scenario, n_worlds=self.n_worlds, observation=self.observation, **self.changes)
+        rngs = [np.random.default_rng([place, k]) for k in range(self.n_worlds)]
+        plans = [rng.integers(len(DRIVES), size=N_STRETCHES) for rng in rngs]
+        env.reset(seed=[int(rng.integers(2**32)) for rng in rngs])
+        n_steps, size_m = 0, env.scenario.arena.size_m
+        for stretch in np.repeat(np.arange(N_STRETCHES), STRETCH):
+            if env.over.all():
+                break
+            n_steps += int((~env.over).sum())
+            drives = zip(plans, poses_of(env), rngs, strict=True)
+            rows = [DRIVES[plan[stretch]](poses, size_m, rng) for plan, poses, rng in drives]
+            check_step(env, np.stack(rows).astype(np.float32))
+        return n_steps
 
 
-def check_within(space: spaces.Space[Any], rows: list[Any]) -> None:
-    """What `space.contains` says of each row, for all rows at once."""
+def poses_of(env: RendezvousVectorEnv) -> Float[np.ndarray, "worlds robots 3"]:
+    """Where the robots of all worlds truly are."""
+    (cohort,) = env.cohorts
+    return cohort.episode.tick.truth.poses[:, -1].reshape(env.n_worlds, env.n_robots, 3)
+
+
+def check_step(env: RendezvousVectorEnv, actions: np.ndarray) -> None:
+    """Take a step; observations and state are in their spaces, rewards finite, and no robot is in a wall."""
+    step = env.step(actions)
+    check_within(env.single_observation_space, step.observations)
+    check_within(env.state_space, env.state())
+    assert np.isfinite(step.rewards).all()
+    p_m, arena = poses_of(env)[..., :2], env.scenario.arena
+    hull_m = arena.robot_radius_m / 2.0
+    assert hull_m < p_m.min() <= p_m.max() < arena.size_m - hull_m, "through a wall"
+
+
+def check_within(space: spaces.Space[Any], rows: Any) -> None:
+    """What `space.contains` says of each row of an array whose last axes are those of the space."""
     if isinstance(space, spaces.Dict):
-        assert all(row.keys() == space.keys() for row in rows)
+        assert rows.keys() == space.keys()
         for name, part in space.items():
-            check_within(part, [row[name] for row in rows])
+            check_within(part, rows[name])
         return
     assert isinstance(space, spaces.Box)
-    assert {(row.shape, row.dtype) for row in rows} == {(space.shape, space.dtype)}
-    values = np.stack(rows)
-    inside = (values >= space.low) & (values <= space.high)  # False for nan
-    assert inside.all(), f"{values[~inside]} at {np.argwhere(~inside).tolist()}"
+    assert (rows.shape[rows.ndim - len(space.shape) :], rows.dtype) == (space.shape, space.dtype)
+    inside = (rows >= space.low) & (rows <= space.high)  # False for nan
+    assert inside.all(), f"{rows[~inside]} at {np.argwhere(~inside).tolist()}"
 
 
 CUP = ((3.0, 3.0), (7.0, 3.0), (7.0, 4.0), (4.0, 4.0), (4.0, 5.0), (7.0, 5.0), (7.0, 6.0), (3.0, 6.0))
@@ -149,12 +145,16 @@ SMALL = [name for name, scenario in SCENARIOS.items() if scenario.n_robots == 2]
 WHOLE = {"max_measurements": 0}  # episodes that nothing ends early
 CROWD = {"size_m": 12.0, "clearance_m": 0.3, "n_steps": 20}
 GROUPS = {
-    "flat": [Trial(name, 16, WHOLE) for name in SMALL],
-    "dict": [Trial(name, 7, WHOLE, "dict") for name in SMALL],
+    "small": [Trial(name, 24, WHOLE, ("flat", "dict")[k % 2]) for k, name in enumerate(SMALL)],
     "hard": [Trial("paper-hw-2", 4, HARD[k], ("flat", "dict")[k % 2]) for k in range(len(HARD))],
     "many": [Trial("paper-sim-50", 1), Trial("paper-sim-50", 1, CROWD, "dict")],
 }
 
 
+def play_all() -> dict[str, int]:
+    """Steps of each group."""
+    return {name: sum(trial.play(k) for k, trial in enumerate(trials)) for name, trials in GROUPS.items()}
+
+
 if __name__ == "__main__":
-    print(sum(trial.play(place) for place, trial in enumerate(GROUPS[sys.argv[1]])))
+    print(json.dumps(play_all()))
