@@ -11,7 +11,8 @@ import tyro
 from baselines.evaluation.config import SCENARIO
 from baselines.evaluation.episodes import trial_seed
 from baselines.film.video import KINDS, check_target
-from baselines.policies import make_policy
+from baselines.policies import POLICIES, make_policy
+from baselines.policies.specs import split_list
 from envs.render.config import DEFAULT_HEIGHT_PX, RenderConfig
 from wifipgo.coerce import settings
 from wifipgo.command.extras import find_extra
@@ -32,11 +33,13 @@ class WatchConfig:
 
     Example: wifipgo watch --scenario paper-hw-2-obstacles --policy active --seed 3
     --set n_obstacles=6 --out run.mp4
+    Example: --policies active,random --fps 10 --out both.gif
 
     Attributes:
         scenario: Scenario to play, e.g. paper-hw-2, or a file, e.g. room.toml; an unknown one lists those
             that exist.
         policy: Policy; parameters follow a colon: active:err_threshold=0.5.
+        policies: Several instead, separated by commas, side by side in the same world: active,random.
         seed: Seed of the world, its noise and the policy's chance, as in the column seed of an evaluation's
             tables.
         trial: Watch this trial of an evaluation with this seed instead.
@@ -45,12 +48,15 @@ class WatchConfig:
         rerun: Recording (.rrd).
         until: Draw no further than this iteration; the episode is played to its end.
         fps: Iterations a second.
+        between: Pictures between two iterations of a film, in which robots drive on; fewer where a second
+            has no room for them.
         height_px: Height of the pictures, a multiple of 16.
         overwrite: Replace files that are there.
     """
 
     scenario: Annotated[str | Scenario, SCENARIO] = "paper-hw-2"
     policy: str = "active"
+    policies: str = ""
     seed: int = 0
     trial: int | None = None
     overrides: Overrides = ()
@@ -58,6 +64,7 @@ class WatchConfig:
     rerun: Path | None = None
     until: int | None = None
     fps: int = 5
+    between: int = 3
     height_px: int = DEFAULT_HEIGHT_PX
     overwrite: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
 
@@ -67,9 +74,14 @@ class WatchConfig:
         return self.seed if self.trial is None else trial_seed(self.seed, self.trial)
 
     @property
+    def played(self) -> tuple[str, ...]:
+        """All that is played."""
+        return split_list(self.policies, POLICIES) or (self.policy,)
+
+    @property
     def caption(self) -> str:
         """Who drives, and with which seed."""
-        return f"{self.policy}, seed {self.world_seed}"
+        return f"{', '.join(self.played)}, seed {self.world_seed}"
 
 
 def checked(config: WatchConfig) -> Scenario:
@@ -85,7 +97,8 @@ def checked(config: WatchConfig) -> Scenario:
     given = config.scenario
     scenario = given if isinstance(given, Scenario) else scenario_named(given)
     scenario = scenario.with_overrides(**settings(config.overrides))
-    make_policy(config.policy, scenario)
+    for policy in config.played:
+        make_policy(policy, scenario)
     if config.out is not None:
         check_target("out", config.out, KINDS, overwrite=config.overwrite)
         find_extra("a film", "video", "pygame", "imageio", "imageio_ffmpeg")
@@ -97,8 +110,10 @@ def checked(config: WatchConfig) -> Scenario:
 
 def _check_numbers(config: WatchConfig) -> None:
     """Refuse numbers that cannot mean anything."""
-    for name in ("seed", "trial", "until"):
+    for name in ("seed", "trial", "until", "between"):
         value = getattr(config, name)
         require(value is None or value >= 0, name, ">= 0", value)
+    alone = len(config.played) == 1 or config.rerun is None
+    require(alone, "rerun", "of one policy", config.policies)
     require(1 <= config.fps <= 100, "fps", "in 1..100", config.fps)
     RenderConfig(height_px=config.height_px)

@@ -10,6 +10,7 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import UInt8
 
+from wifipgo.command.palette import screen_colours
 from wifipgo.errors import pick, require
 from wifipgo.files.atomic_files import appearing
 
@@ -82,11 +83,28 @@ def _check_playable(path: Path, n_frames: int) -> None:
 @contextmanager
 def _gif(path: Path, fps: int) -> Iterator[Add]:
     """A film that runs in a web page, again and again."""
-    import imageio.v2 as imageio  # noqa: PLC0415 (belongs to an extra)
+    from PIL import Image  # noqa: PLC0415 (comes with the extra)
 
-    writer = imageio.get_writer(path, format="GIF-PIL", duration=1.0 / fps, loop=0)
-    with writer, _held(writer.append_data, fps) as add:
-        yield add
+    frames: list[Image.Image] = []
+
+    def keep(frame: np.ndarray) -> None:
+        # One palette and no dithering: what stands still is the same in every picture and costs nothing.
+        frames.append(Image.fromarray(frame).quantize(palette=colours, dither=Image.Dither.NONE))
+
+    colours = Image.new("P", (1, 1))
+    colours.putpalette([part for colour in screen_colours() for part in colour])
+    yield keep
+    if frames:
+        pause = [round(1000.0 / fps)] * (len(frames) - 1) + [round(1000.0 * _HOLD_S)]
+        frames[0].save(
+            path,
+            format="GIF",
+            save_all=True,
+            append_images=frames[1:],
+            duration=pause,
+            loop=0,
+            optimize=False,
+        )
 
 
 @contextmanager

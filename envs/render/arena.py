@@ -18,6 +18,7 @@ _MANY = 8  # more robots than this get small marks
 _OVERSAMPLE, _OVERSAMPLE_MANY = 2.0, 1.5
 _MARGIN = 0.045
 _LOBE = 0.13
+_LEAST_TEXT_PX = 15.0
 
 
 class ArenaPainter:
@@ -31,7 +32,8 @@ class ArenaPainter:
         """Lay out the room on a square."""
         self._world, self._room_m = world, scenario.arena.size_m
         few = scenario.n_robots <= _MANY
-        self._side_px = round((_OVERSAMPLE if few else _OVERSAMPLE_MANY) * side_px)
+        self._oversample = _OVERSAMPLE if few else _OVERSAMPLE_MANY
+        self._side_px = round(self._oversample * side_px)
         self._camera = Camera.on_square(self._side_px, self._room_m, margin_px=_MARGIN * self._side_px)
         self._size = self._side_px / (76.0 if few else 130.0)
         self._of = [palette.robot_colour(robot) for robot in range(scenario.n_robots)]
@@ -43,6 +45,9 @@ class ArenaPainter:
         """Draw a scene on a surface of the side that was asked for."""
         self._update_ground(scene)
         self._big.blit(self._ground, (0, 0))
+        if scene.under_way:
+            steps = self._camera.px(scene.true[:, -2:, :2])
+            marks.ribbons(self._big, steps, self._of, self._size)
         now, believed = self._camera.px(scene.true[:, -1, :2]), self._camera.px(scene.estimate[..., :2])
         self._links(scene, now)
         self._estimates(scene, believed)
@@ -53,25 +58,27 @@ class ArenaPainter:
 
     def _update_ground(self, scene: Scene) -> None:
         """Add what is new to what is kept."""
-        n_old = self._poses.shape[1]
-        goes_on = np.array_equal(scene.true[:, :n_old], self._poses) and not (self._seen & ~scene.seen).any()
+        n_old, true = self._poses.shape[1], scene.true[:, :-1] if scene.under_way else scene.true
+        goes_on = np.array_equal(true[:, :n_old], self._poses) and not (self._seen & ~scene.seen).any()
         if n_old == 0 or not goes_on:
             self._bare_ground()
             n_old, self._seen = 0, np.zeros_like(scene.seen)
         self._show_cells(scene.seen & ~self._seen)
-        for t in range(n_old, scene.true.shape[1]):  # in the order of time, as if every tick had been drawn
-            steps = self._camera.px(scene.true[:, max(t - 1, 0) : t + 1, :2])
+        for t in range(n_old, true.shape[1]):  # in the order of time, as if every tick had been drawn
+            steps = self._camera.px(true[:, max(t - 1, 0) : t + 1, :2])
             marks.ribbons(self._ground, steps, self._of, self._size)
-        self._poses, self._seen = scene.true, scene.seen
+        self._poses, self._seen = true, scene.seen
+
+    def _room_px(self) -> pygame.Rect:
+        """The floor of the room on the surface."""
+        camera, side = self._camera, self._room_m * self._camera.px_per_m
+        return pygame.Rect(round(camera.left_px), round(camera.bottom_px - side), round(side), round(side))
 
     def _bare_ground(self) -> None:
         """Paper, floor that nobody has seen, obstacles, a scale."""
-        camera, side = self._camera, self._room_m * self._camera.px_per_m
+        camera = self._camera
         self._ground.fill(palette.PAPER)
-        top = camera.bottom_px - side
-        self._ground.fill(
-            palette.UNSEEN, pygame.Rect(round(camera.left_px), round(top), round(side), round(side))
-        )
+        self._ground.fill(palette.UNSEEN, self._room_px())
         self._obstacles()
         length_m = max((m for m in (0.5, 1, 2, 5, 10, 20, 50, 100) if m <= self._room_m / 4), default=0.5)
         end = camera.left_px + length_m * camera.px_per_m
@@ -80,7 +87,8 @@ class ArenaPainter:
         for x in (camera.left_px, end):
             pygame.draw.line(self._ground, palette.INK, (x, y - 8), (x, y + 8), 4)
         place = (end + 0.012 * self._side_px, y)
-        write(self._ground, f"{length_m:g} m", place, 0.025 * self._side_px, palette.INK, middle=True)
+        size = max(0.025 * self._side_px, self._oversample * _LEAST_TEXT_PX)
+        write(self._ground, f"{length_m:g} m", place, size, palette.INK, middle=True)
 
     def _show_cells(self, new: Bool[np.ndarray, "cells cells"]) -> None:
         """Floor that came into view turns bright where nothing is drawn on it yet."""
@@ -115,7 +123,9 @@ class ArenaPainter:
         rings = self._camera.px(scene.rings_m)
         reach = (rings.max(axis=1) - rings.min(axis=1)).max(axis=1)
         wide = np.flatnonzero(reach > 4.0 * self._size)  # the others hide behind their robots
+        self._big.set_clip(self._room_px())  # robots know that they are in the room
         marks.rings(self._big, rings[wide], self._chosen(wide), self._size)
+        self._big.set_clip(None)
 
     def _chosen(self, robots: Int[np.ndarray, " chosen"]) -> list[palette.Colour]:
         """Colours of some robots."""

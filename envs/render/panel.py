@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pygame
 
-from envs.render import marks
+from envs.render import legend_marks
 from envs.render.config import RenderConfig
 from envs.render.scene import Scene
 from envs.render.text import write
@@ -17,9 +17,9 @@ from wifipgo.state import World
 # Places are given for a panel of this height and scaled.
 _HEIGHT = 608.0
 _LEFT, _RIGHT, _TEXT_LEFT = 16.0, 226.0, 66.0
-_BARS_TOP, _BARS_BOTTOM, _LEGEND_TOP, _ROW = 176.0, 268.0, 306.0, 25.0
+_BARS_TOP, _BARS_BOTTOM, _LEGEND_TOP, _ROW = 176.0, 268.0, 306.0, 24.5
 _BAR_CEILING = 3.0  # thresholds; a longer bar is cut, and broken before its end
-_MANY = 8
+_FEW, _MANY = 3, 8
 
 
 class Panel:
@@ -42,12 +42,22 @@ class Panel:
         self._write(target, f"iteration {scene.t} of {n_steps}", 66.0, 18.0)
         self._bar(target, 86.0, 5.0, min(scene.t / n_steps, 1.0), palette.FAINT_INK)
         self._write(target, f"floor seen: {100.0 * scene.seen_share:.0f} %", 102.0, 18.0)
-        self._write(target, f"position error, rms: {scene.rms_error_m:.2f} m", 122.0, 18.0)
+        self._position_errors(target, scene)
         self._write(target, "Err of each robot", 152.0, 18.0)
         if len(scene.err_share) <= _MANY:
             self._rows(target, scene.err_share)
         else:
             self._columns(target, scene.err_share)
+
+    def _position_errors(self, target: pygame.Surface, scene: Scene) -> None:
+        """How far each of few robots is from where it believes to be, in its colour; of many, the whole."""
+        if len(scene.error_m) > _FEW:
+            self._write(target, f"position error, rms: {scene.rms_error_m:.2f} m", 122.0, 18.0)
+            return
+        self._write(target, "off by", 122.0, 18.0)
+        for robot, off_m in enumerate(scene.error_m.tolist()):
+            x = _TEXT_LEFT + 54.0 * robot
+            self._write(target, f"{off_m:.1f} m", 122.0, 18.0, palette.robot_colour(robot), x=x)
 
     def _write(
         self,
@@ -137,91 +147,16 @@ class Panel:
         """How to draw each mark around a place, and what it means."""
         top_mbit_s = band_of(self._scenario.radio.bandwidth_hz).top_rate_mbit_s
         rows = [
-            (_robot, "robot, where it is"),
-            (_ghost, "where it believes to be"),
-            (_ribbon, "its path"),
-            (_thread, "its path as estimated"),
-            (_ring, "95 % sure to be in here"),
-            (_links, f"link, up to {top_mbit_s:g} Mb/s"),
-            (_call, "call: come here"),
-            (_lobe, "caller's bearing (AOA)"),
-            (_star, "rendezvous"),
-            (_floor, "floor seen, not seen"),
+            (legend_marks.robot, "robot, where it is"),
+            (legend_marks.ghost, "where it believes to be"),
+            (legend_marks.ribbon, "its path"),
+            (legend_marks.thread, "its path as estimated"),
+            (legend_marks.ring, "95 % sure to be in here"),
+            (legend_marks.links, f"link, up to {top_mbit_s:g} Mb/s"),
+            (legend_marks.call, "call: come here"),
+            (legend_marks.lobe, "caller's bearing (AOA)"),
+            (legend_marks.star, "last rendezvous"),
+            (legend_marks.glow, "rendezvous now"),
+            (legend_marks.floor, "floor seen, not seen"),
         ]
-        return rows + [(_obstacle, "obstacle")] * self._has_obstacles
-
-
-# The legend's marks are the arena's, of one robot.
-_ONE = palette.SCREEN_ROBOTS[:1]
-_YAW_RAD = np.array([0.5])
-
-
-def _robot(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    marks.robots(surface, place[None], _YAW_RAD, _ONE, size)
-
-
-def _ghost(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    """Tied to the robot."""
-    left, right = place - np.array([2.2 * size, 0.0]), place + np.array([2.0 * size, 0.0])
-    marks.dashes(surface, left[None], right[None], _ONE, 0.5 * size, width=2)
-    marks.ghosts(surface, left[None], _YAW_RAD, _ONE, size)
-    marks.robots(surface, right[None], _YAW_RAD, _ONE, 0.6 * size)
-
-
-def _wave(place: np.ndarray, size: float) -> np.ndarray:
-    """A little path."""
-    x = np.linspace(-1.0, 1.0, 9)
-    return place + size * np.stack([2.8 * x, 0.7 * np.sin(3.0 * x)], axis=1)
-
-
-def _ribbon(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    marks.ribbons(surface, _wave(place, size)[None], _ONE, size)
-
-
-def _thread(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    marks.threads(surface, _wave(place, size)[None], _ONE, size)
-
-
-def _ring(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    turn_rad = np.linspace(0.0, 2.0 * np.pi, 48)
-    outline = place + 1.6 * size * np.stack([np.cos(turn_rad), np.sin(turn_rad)], axis=1)
-    marks.rings(surface, outline[None], _ONE, size)
-
-
-def _links(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    """Slow to fast, left to right."""
-    edges = place + size * np.stack([np.linspace(-3.0, 3.0, 7), np.zeros(7)], axis=1)
-    ends = np.stack([edges[:-1], edges[1:]], axis=1)
-    marks.links(surface, ends, np.linspace(0.1, 1.0, 6), 1.4 * size)
-
-
-def _call(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    caller = place - np.array([2.2 * size, 0.0])
-    marks.call(surface, caller, place + np.array([4.0 * size, 0.0]), 0.62 * size)
-    marks.waves(surface, caller, 0.42 * size)
-    marks.robots(surface, caller[None], np.zeros(1), palette.SCREEN_ROBOTS[1:2], 0.5 * size)
-
-
-def _lobe(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    turn_rad = np.linspace(-np.pi, np.pi, 72)
-    radius = 4.4 * size * np.exp(3.0 * (np.cos(turn_rad) - 1.0)) + 0.2 * size
-    outline = np.stack([radius * np.cos(turn_rad), radius * np.sin(turn_rad)], axis=1)
-    marks.lobe(surface, place - np.array([2.0 * size, 0.0]) + outline)
-
-
-def _star(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    marks.stars(surface, place[None], 1.6 * size)
-
-
-def _floor(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    for colour, left in ((palette.SEEN, -2.8), (palette.UNSEEN, 0.0)):
-        corner = place + size * np.array([left, -1.2])
-        box = pygame.Rect(corner.tolist(), (2.8 * size, 2.4 * size))
-        surface.fill(colour, box)
-        pygame.draw.rect(surface, palette.FAINT_INK, box, 2)
-
-
-def _obstacle(surface: pygame.Surface, place: np.ndarray, size: float) -> None:
-    box = pygame.Rect((place - size * np.array([1.6, 1.1])).tolist(), (3.2 * size, 2.2 * size))
-    surface.fill(palette.OBSTACLE, box)
-    pygame.draw.rect(surface, palette.WALL, box, 3)
+        return rows + [(legend_marks.obstacle, "obstacle")] * self._has_obstacles

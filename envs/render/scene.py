@@ -56,6 +56,7 @@ class Scene:
         last_met_m: Where each robot that ever met last did.
         rings_m: Outline around each newest estimate: where the robot is with 95 %, as far as it can know.
         err_share: Err_i of each robot over the threshold.
+        under_way: Whether the newest poses are between two iterations (`envs.render.in_between`).
     """
 
     t: int
@@ -71,12 +72,17 @@ class Scene:
     last_met_m: Float[np.ndarray, "places 2"]
     rings_m: Float[np.ndarray, "robots steps 2"]
     err_share: Float[np.ndarray, " robots"]
+    under_way: bool = False
+
+    @property
+    def error_m(self) -> Float[np.ndarray, " robots"]:
+        """Distance of the newest estimates from the truth."""
+        return np.asarray(np.hypot(*(self.estimate[:, -1, :2] - self.true[:, -1, :2]).T))
 
     @property
     def rms_error_m(self) -> float:
-        """Root mean square distance of the newest estimates from the truth."""
-        gap_m = self.estimate[:, -1, :2] - self.true[:, -1, :2]
-        return float(np.sqrt((gap_m**2).sum(axis=1).mean()))
+        """Root mean square of `error_m`."""
+        return float(np.sqrt((self.error_m**2).mean()))
 
 
 def scene_of(tick: Tick, scenario: Scenario) -> Scene:

@@ -23,7 +23,7 @@ SPACE = (
     *("graph/between_robots", "graph/places_seen_again", "links", "calls", "profiles", "met"),
 )
 CURVES = ("err/threshold", *(f"{name}/robot_{k}" for name in ("err", "ate_trans", "ate_rot") for k in (0, 1)))
-HOLD = 10  # two seconds of the last picture at 5 pictures a second
+HOLD = 20  # two seconds of the last picture at 10 pictures a second
 
 
 def film_to(out: Path, *arguments: str) -> int:
@@ -31,11 +31,11 @@ def film_to(out: Path, *arguments: str) -> int:
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # imageio's reader leaks pipes
-def test_mp4_has_a_picture_of_every_iteration(tmp_path: Path) -> None:
-    assert film_to(tmp_path / "run.mp4") == 0
+def test_mp4_has_a_picture_of_every_iteration_and_some_between(tmp_path: Path) -> None:
+    assert film_to(tmp_path / "run.mp4", "--between", "1") == 0
     n_frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "run.mp4"))
-    assert n_frames == 4 + HOLD
-    assert seconds == pytest.approx(n_frames / 5.0)
+    assert n_frames == 1 + 3 * 2 + HOLD
+    assert seconds == pytest.approx(n_frames / 10.0)
     frames = [np.asarray(frame) for frame in imageio.mimread(tmp_path / "run.mp4")]
     assert all(frame.shape == (320, 448, 3) for frame in frames)
     assert not np.array_equal(frames[0], frames[3])
@@ -43,7 +43,7 @@ def test_mp4_has_a_picture_of_every_iteration(tmp_path: Path) -> None:
 
 
 def test_gif_runs_at_the_rate_asked_for(tmp_path: Path) -> None:
-    assert film_to(tmp_path / "run.gif", "--fps", "4") == 0
+    assert film_to(tmp_path / "run.gif", "--fps", "4", "--between", "0") == 0
     with Image.open(tmp_path / "run.gif") as film:
         assert film.info["duration"] == 250  # ms
         assert film.n_frames >= 4  # type: ignore[attr-defined]  # repeated pictures may be joined
@@ -65,7 +65,7 @@ def test_still_is_the_picture_that_the_environment_renders(tmp_path: Path) -> No
 def test_what_is_watched_is_what_is_evaluated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     config = WatchConfig(out=tmp_path / "run.png", overrides=SHORT, height_px=HEIGHT_PX, seed=3, trial=2)
     seed = episodes.trial_seed(3, 2)
-    episode = watch.watch(config)
+    (episode,) = watch.watch(config)
     from wifipgo.scenarios import scenario_named  # noqa: PLC0415 (beside what it is compared with)
 
     other = run_episode(scenario_named("paper-hw-2", n_steps=3), "active", seed)
@@ -119,6 +119,9 @@ def test_a_failure_leaves_nothing_and_replaces_nothing(
         (["--out", "run.png", "--seed", "-1"], "seed must be >= 0, got -1"),
         (["--out", "run.png", "--trial", "-1"], "trial must be >= 0, got -1"),
         (["--out", "run.png", "--until", "-1"], "until must be >= 0, got -1"),
+        (["--out", "run.png", "--between", "-1"], "between must be >= 0, got -1"),
+        (["--out", "run.png", "--policies", "active,nobody"], "unknown policy 'nobody'; known: active,"),
+        (["--rerun", "run.rrd", "--policies", "active,random"], "rerun must be of one policy"),
         (["--out", "run.png", "--fps", "0"], "fps must be in 1..100, got 0"),
         (
             ["--out", "run.png", "--height-px", "600"],
@@ -164,6 +167,24 @@ def test_a_missing_extra_is_named(
     monkeypatch.setattr(importlib.util, "find_spec", without)
     assert main([target]) == 2
     assert f"pip install 'wifipgo[{extra}]'" in capsys.readouterr().err
+
+
+def test_policies_side_by_side_play_what_each_plays_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The arenas of the last picture are those of two stills; the rest says who it is."""
+    out = tmp_path / "both.png"
+    assert film_to(out, "--policies", "active,random", "--seed", "3") == 0
+    printed = capsys.readouterr().out
+    assert "active: Err" in printed
+    assert "random: Err" in printed
+    both = np.asarray(imageio.imread(out))
+    top = 26  # height of the names
+    for place, policy in enumerate(("active", "random")):
+        assert film_to(tmp_path / f"{policy}.png", "--policy", policy, "--seed", "3") == 0
+        alone = np.asarray(imageio.imread(tmp_path / f"{policy}.png"))[:, :HEIGHT_PX]
+        left = place * HEIGHT_PX
+        np.testing.assert_array_equal(both[top : top + HEIGHT_PX, left : left + HEIGHT_PX], alone)
 
 
 def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:

@@ -41,6 +41,7 @@ LOBE: Colour = (240, 150, 20)
 MEETING: Colour = (255, 208, 0)
 _SLOW: Colour = (196, 216, 234)
 _FAST: Colour = (0, 74, 150)
+_EDGES = (0.35, 0.62)
 
 
 def robot_colour(robot: int) -> Colour:
@@ -59,3 +60,11 @@ def rate_colours(share: Float[np.ndarray, " links"]) -> Sequence[Colour]:
     """Colours of links by their rates over the top rate."""
     mix = np.array(_SLOW) + share[:, None] * (np.array(_FAST) - np.array(_SLOW))
     return [(red, green, blue) for red, green, blue in np.rint(mix).astype(int).tolist()]
+
+
+def screen_colours() -> list[Colour]:
+    """Colours of the screen for pictures that have a few only: all that is drawn, and its soft edges."""
+    drawn = (*SCREEN_ROBOTS, INK, FAINT_INK, OBSTACLE, WALL, CALL, LOBE, MEETING, _SLOW, _FAST)
+    grounds = (PAPER, UNSEEN, SEEN, GROOVE)
+    soft = [mixed(colour, ground, share) for colour in drawn for ground in (SEEN, UNSEEN) for share in _EDGES]
+    return list(dict.fromkeys([*grounds, *drawn, *soft]))
