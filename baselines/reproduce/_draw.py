@@ -104,10 +104,18 @@ def from_zero(figure: Figure) -> None:
         axes.set_ylim(bottom=0.0)
 
 
+def whole(value: float) -> str:
+    """A number without decimals, and without a sign where it is zero."""
+    return f"{round(value) + 0:d}"
+
+
 def key(figure: Figure) -> None:
     """One legend for all panels, below them."""
     entries: dict[str, Artist] = {}
     for axes in figure.axes:
         handles, labels = axes.get_legend_handles_labels()
         entries |= dict(zip(labels, handles, strict=True))
-    figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=6, fontsize=8)
+    columns = -(-len(entries) // -(-len(entries) // 6))  # lines of about as many
+    figure.legend(
+        list(entries.values()), list(entries), loc="outside lower center", ncols=columns, fontsize=8
+    )

@@ -14,6 +14,7 @@ from baselines.evaluation.intervals import Estimate, median_of
 from baselines.reproduce import _draw, _rules
 from baselines.reproduce._claims import BESIDE, Claim, Found, Sentence, judged, missing, row
 from baselines.reproduce._runs import Setting
+from wifipgo.command.palette import VERMILION
 from wifipgo.graph.outliers.aoa_weights import PAPER_GATE_RAD
 from wifipgo.radio import aoa
 from wifipgo.radio.channel import csi
@@ -141,8 +142,8 @@ def recorded_errors(links: list[Link]) -> pd.DataFrame:
 
 
 def _draw_profiles(path: Path, heard: Heard, links: list[Link]) -> None:
-    """The map, the same from above, and the first real link from above."""
-    with _draw.page(path, (10.4, 3.4)) as figure:
+    """The map, the same from above, and the first real link from above, each scaled to its highest peak."""
+    with _draw.page(path, (10.4, 3.7)) as figure:
         widths = [1.5, 1.0, 1.0] if links else [1.5, 1.0]
         grid = figure.add_gridspec(1, len(widths), width_ratios=widths)
         _draw_map(figure, grid[0], heard)
@@ -151,6 +152,7 @@ def _draw_profiles(path: Path, heard: Heard, links: list[Link]) -> None:
         if links:
             title = f"recorded ({links[0].set_name}), from above"
             _draw_polar(figure, grid[2], bearing(links[0]).profile, links[0].truth_rad, title)
+        _draw.key(figure)
 
 
 def _draw_map(figure: Figure, place: object, heard: Heard) -> None:
@@ -161,23 +163,26 @@ def _draw_map(figure: Figure, place: object, heard: Heard) -> None:
         heard.profile[0], origin="lower", aspect="auto", extent=(-180.0, 180.0, 0.0, top), cmap="cividis"
     )
     peak = np.rad2deg([heard.found.azimuth_rad[0, 0], heard.found.elevation_rad[0, 0]])
-    axes.plot(*np.rad2deg(SHOWN_RAD), "r+", ms=13, mew=1.5, label="direct path")
-    axes.plot(*peak, "wo", mfc="none", ms=9, label="highest peak (Eq. 6)")
+    axes.plot(*np.rad2deg(SHOWN_RAD), "+", color=VERMILION, ms=13, mew=1.8, label="direct path (map)")
+    axes.plot(*peak, "o", mfc="none", mec="black", ms=9, mew=1.2, label="highest peak, Eq. 6 (map)")
     axes.set(xlabel="azimuth (deg)", ylabel="elevation (deg)", xticks=range(-180, 181, 60), ylim=(0, top))
     axes.set_title("simulated quarter turn, 20 dB, two echoes", loc="left", fontsize=9)
-    axes.legend(loc="upper left", fontsize=7, frameon=True)
-    figure.colorbar(image, ax=axes, label="share of power")
+    figure.colorbar(image, ax=axes, label="profile: share of power")
 
 
 def _draw_polar(figure: Figure, place: object, profile: np.ndarray, truth_rad: float, title: str) -> None:
     """Profile over azimuth and the true direction."""
     axes = figure.add_subplot(place, projection="polar")  # type: ignore[call-overload]
-    closed = np.append(aoa.azimuth_grid(len(profile)), np.pi)
-    axes.plot(closed, np.append(profile, profile[0]), color=_draw.LOOKS["active"][0], label="profile")
-    axes.plot([truth_rad, truth_rad], [0.0, profile.max()], "r:", lw=1.5, label="truth")
+    highest = float(profile.max())
+    closed, share = np.append(aoa.azimuth_grid(len(profile)), np.pi), np.append(profile, profile[0]) / highest
+    axes.plot(closed, share, color=_draw.LOOKS["active"][0], label="profile (from above)")
+    axes.plot([truth_rad, truth_rad], [0.0, 1.0], ":", color=VERMILION, lw=1.8, label="truth (from above)")
     axes.set_title(title, fontsize=9)
-    axes.tick_params(labelsize=6)
-    axes.legend(loc="lower left", fontsize=7, bbox_to_anchor=(-0.15, -0.15))
+    axes.set_xlabel(f"radius: share of the peak,\nwhich is {highest:.2g} of the power", fontsize=8)
+    axes.set_rticks([0.5, 1.0])
+    axes.set_rlabel_position(np.rad2deg(truth_rad) + 180.0)  # where the profile is low
+    axes.set_xticks(np.deg2rad(range(0, 360, 90)), ["0°", "90°", "180°", "-90°"])
+    axes.tick_params(labelsize=7)
 
 
 def _median(errors_deg: pd.Series) -> Estimate:

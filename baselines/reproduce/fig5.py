@@ -88,8 +88,8 @@ def _draw_err(path: Path, episodes: dict[str, list[Episode]], scenario: Scenario
         _draw.err_axes(axes)
         n = setting.trials_of(scenario)
         axes.set_title(f"{scenario.n_robots} robots, {n} trials; bands: 95 % of the mean", loc="left")
-        axes.legend(loc="upper left", fontsize=8)
         _draw.from_zero(figure)
+        _draw.key(figure)
 
 
 def _random_is_not(episodes: dict[str, list[Episode]], threshold: float) -> Claim:

@@ -58,8 +58,8 @@ def _judged(rooms: Played, setting: Setting) -> list[Claim]:
 
 def _draw_all(path: Path, rooms: Played) -> None:
     """A column for each room: mean Err with bands, then the mean of each robot."""
-    with _draw.page(path, (9.6, 5.2)) as figure:
-        grid = figure.subplots(2, len(rooms), squeeze=False, sharex=True, sharey="row")
+    with _draw.page(path, (9.6, 5.6)) as figure:
+        grid = figure.subplots(2, len(rooms), squeeze=False, sharex=True)
         for (row, panel), (place, room) in product(enumerate((_team, _each)), enumerate(rooms)):
             axes = grid[row, place]
             panel(axes, rooms[room])
@@ -68,8 +68,10 @@ def _draw_all(path: Path, rooms: Played) -> None:
         _draw.from_zero(figure)
         for axes, room in zip(grid[0], rooms, strict=True):
             axes.set_title(f"{room}, {len(rooms[room]['active'])} trials", fontsize=9)
-        for axes in grid[:, 0]:
-            axes.legend(loc="upper left", fontsize=7)
+        figure.suptitle("mean over trials, its 95 % interval; every panel has a scale of its own", fontsize=9)
+        for axes, what in zip(grid[:, 0], ("mean of the robots", "each robot"), strict=True):
+            axes.set_ylabel(f"Err (Eq. 4)\n{what}")
+        _draw.key(figure)
 
 
 def _team(axes: Axes, of: dict[str, list[Episode]]) -> None:

@@ -88,8 +88,8 @@ def _draw_lights(path: Path, played: Played) -> None:
             for axes, left in ((one, True), (every, False)):
                 _draw.threshold_line(axes, changed(ROOMS[room]).rendezvous.err_threshold)
                 _draw.err_axes(axes, left=left)
-                axes.legend(loc="upper left", fontsize=7)
         _draw.from_zero(figure)
+        _draw.key(figure)
 
 
 def _relative(dark: Sequence[Episode], light: Sequence[Episode]) -> Estimate:
