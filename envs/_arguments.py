@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from wifipgo.errors import pick, require
+from wifipgo.errors import require
 from wifipgo.scenarios import field_owners
+from wifipgo.scenarios.letters import check_field
 
 # Fields that decide the spaces or the length of an episode: fixed when an environment is made.
 _FIXED = ("n_robots", "n_slots", "n_steps", "n_azimuths", "max_measurements")
@@ -27,7 +28,7 @@ def scenario_fields(
         ValueError: A name that is neither a field nor an argument; lists both.
     """
     for name in overrides:
-        pick({**dict.fromkeys(arguments), **field_owners()}, name, "scenario field")
+        check_field(name, {*arguments, *field_owners()})
     if max_cycles is None:
         return dict(overrides)
     require("n_steps" not in overrides, "max_cycles", "given without n_steps, its other name", max_cycles)

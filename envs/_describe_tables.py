@@ -97,15 +97,15 @@ def observation_table(env: RendezvousEnv) -> Table:
 
 def value_table(scenario: Scenario) -> Table:
     """Every value, and whether the paper gives it."""
-    table = _table(
-        "values: --set NAME=VALUE changes one", "table", "name", "value", "unit", "origin", "meaning"
-    )
+    title = "values: --set NAME=VALUE changes one; what is in parentheses is the paper's letter, another name"
+    table = _table(title, "table", "name", "value", "unit", "origin", "meaning")
     table.columns[1].no_wrap = True
     part = None
     for row in field_rows(scenario):
         table.add_section() if row.table != part else None
         shown = "" if row.table == part else f"[{row.table}]" if row.table else "(top)"
-        _add(table, shown, row.name, row.value, row.unit, row.origin, row.meaning.replace("`", ""))
+        name = f"{row.name} ({row.letter})" if row.letter else row.name
+        _add(table, shown, name, row.value, row.unit, row.origin, row.meaning.replace("`", ""))
         part = row.table
     return table
 
@@ -120,7 +120,7 @@ def fields_markdown() -> str:
 def _markdown(part: str, rows: list[FieldRow]) -> str:
     head = f"### `[{part}]`" if part else "### At the top"
     lines = [
-        f"| `{row.name}` | {row.kind} | {row.unit} | {_code(row.value)} | {limits_of(row.name)} "
+        f"| {_names(row)} | {row.kind} | {row.unit} | {_code(row.value)} | {limits_of(row.name)} "
         f"| {row.meaning.replace('|', '/')} |"
         for row in rows
     ]
@@ -134,6 +134,11 @@ def _markdown(part: str, rows: list[FieldRow]) -> str:
             "",
         ]
     )
+
+
+def _names(row: FieldRow) -> str:
+    """Name of a field, and the paper's letter for it."""
+    return f"`{row.name}`, `{row.letter}`" if row.letter else f"`{row.name}`"
 
 
 def _code(value: Any) -> str:

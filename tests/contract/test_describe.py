@@ -12,7 +12,7 @@ from wifipgo.scenarios import SCENARIOS, field_owners, scenario_named
 from wifipgo.scenarios.field_table import PAPER_VALUES, field_rows, limits_of, meanings_of, origin_of, unit_of
 
 DOCS = Path(__file__).parents[2] / "docs" / "scenarios.md"
-MARK = "<!-- python -m envs.describe --fields -->\n"
+MARK = "<!-- wifipgo describe --fields -->\n"
 SMALL = ("--set", "n_steps=3", "obstacles_m=(((1,1),(3,1),(3,2)),)")
 
 
@@ -97,7 +97,7 @@ def test_every_field_has_a_meaning_and_the_page_has_the_same() -> None:
     assert not [row.name for row in field_rows(SCENARIOS["paper-hw-2"]) if not row.meaning]
     _, mark, table = DOCS.read_text(encoding="utf-8").partition(MARK)
     assert mark
-    assert table == fields_markdown(), f"put what python -m envs.describe --fields prints below {MARK!r}"
+    assert table == fields_markdown(), f"put what wifipgo describe --fields prints below {MARK!r}"
 
 
 def test_limits_are_those_of_refusals() -> None:

@@ -14,6 +14,7 @@ from wifipgo.coerce import type_name
 from wifipgo.command.docstrings import docstring_of
 from wifipgo.errors import BadInputError
 from wifipgo.scenarios import Scenario, field_kinds, field_owners, part_types
+from wifipgo.scenarios.letters import letter_of
 
 # Ends of names and what they mean; the first that fits counts.
 _UNITS = (
@@ -60,6 +61,7 @@ class FieldRow:
     Attributes:
         table: Part that holds it, and its table in a file; '' for the scenario itself.
         name: Name, in files, in code and on the command line.
+        letter: The paper's letter for it, which is taken for the name; empty if there is none.
         kind: Type in words.
         unit: Unit, or '-'.
         value: Its value.
@@ -69,6 +71,7 @@ class FieldRow:
 
     table: str
     name: str
+    letter: str
     kind: str
     unit: str
     value: Any
@@ -84,6 +87,7 @@ def field_rows(scenario: Scenario) -> tuple[FieldRow, ...]:
         FieldRow(
             table=part,
             name=name,
+            letter=letter_of(name),
             kind=type_name(field_kinds()[name]),
             unit=unit_of(name),
             value=(value := getattr(getattr(scenario, part) if part else scenario, name)),

@@ -15,6 +15,7 @@ from wifipgo.radio.channel.impairments import ImpairmentConfig
 from wifipgo.radio.channel.rates import LinkConfig
 from wifipgo.radio.propagation.materials import MATERIALS
 from wifipgo.rendezvous import RendezvousConfig
+from wifipgo.scenarios.letters import by_field, check_field
 from wifipgo.world.layout import ArenaConfig
 from wifipgo.world.sensing import SensingConfig
 
@@ -104,18 +105,20 @@ class Scenario:
             pick(MATERIALS, getattr(self.arena, name), f"ArenaConfig.{name}")
 
     def with_overrides(self, **overrides: Any) -> "Scenario":
-        """Copy with other values; a name is any field of the scenario or of its parts.
+        """Copy with other values; a name is any field of the scenario or of its parts, or its letter.
 
         Raises:
-            ValueError: A name that no part has (the message lists all), or a value that is refused.
+            ValueError: A name that no part has (the message lists all), a field by two names, or a value that
+                is refused.
         """
         if not overrides:
             return self
         owners = field_owners()
         nested: dict[str, dict[str, Any]] = {}
-        for name, value in overrides.items():
-            part = pick(owners, name, "scenario field")
-            nested.setdefault(part, {})[name] = fitted(value, _KINDS[name], name)
+        for name in overrides:
+            check_field(name, owners)
+        for name, value in by_field(overrides).items():
+            nested.setdefault(owners[name], {})[name] = fitted(value, _KINDS[name], name)
         parts = {part: replace(getattr(self, part), **new) for part, new in nested.items() if part}
         return replace(self, **parts, **nested.get("", {}))
 

@@ -11,8 +11,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from wifipgo.errors import BadInputError, UnknownNameError, quoted, require
+from wifipgo.errors import BadInputError, quoted, require
 from wifipgo.files.text_files import read_text
+from wifipgo.scenarios.letters import check_field, field_of, require_once
 
 SUFFIX = ".toml"
 BASE = "base"
@@ -48,11 +49,11 @@ def _hint(text: str) -> str:
 
 
 def flattened(values: Mapping[str, Any], owners: Mapping[str, str], where: str) -> dict[str, Any]:
-    """Keys without their tables; a key stands at the top or in the table of the part that holds it.
+    """Fields without their tables; a key stands at the top or in the table of the part that holds it.
 
     Args:
         values: Keys and tables.
-        owners: Part that holds each key, '' for the scenario itself.
+        owners: Part that holds each field, '' for the scenario itself.
         where: File, for messages.
 
     Raises:
@@ -60,11 +61,14 @@ def flattened(values: Mapping[str, Any], owners: Mapping[str, str], where: str) 
     """
     tables = sorted({part for part in owners.values() if part})
     flat: dict[str, Any] = {}
-    for table, key, value in _entries(values, tables, where):
+    spelled: dict[str, str] = {}
+    for table, written, value in _entries(values, tables, where):
+        key = field_of(written)
         if key not in owners:
             here = [name for name, part in owners.items() if table in {"", part}]
             known = [*here, *tables, BASE] if table == "" else here
-            raise UnknownNameError(_place(table, where), key, known)
+            check_field(written, known, _place(table, where))
+        require_once(f"{key} in {where}", spelled.setdefault(key, written), written)
         home = f"at the top of {where}" + (f" or in its table [{owners[key]}]" if owners[key] else "")
         if table and table == _FORMER_TABLE.get(owners[key]):
             _warn_of_former_table(key, table, owners[key], where)
