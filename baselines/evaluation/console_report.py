@@ -47,7 +47,7 @@ def announce(plan: Plan, *, jobs: int, n_left: int, console: Console) -> None:
 def report(summary: Summary, plan: Plan, *, out: str, console: Console) -> None:
     """Print the table, the comparison, and where everything is."""
     fill = _side_by_side if len(plan.policies) <= _SIDE_BY_SIDE else _ladder
-    table = Table(title=f"mean and 95 % bootstrap interval over {plan.trials_in_words}", title_justify="left")
+    table = Table(title=f"mean and 95 % interval over {plan.trials_in_words}", title_justify="left")
     fill(table, summary, plan)
     console.print(table)
     for policy, paired in summary.paired.items():

@@ -71,6 +71,8 @@ def ratio(other: Sample, reference: Sample) -> Estimate:
 
 def share(hits: Sample, of: Sample) -> Estimate:
     """Share of the items of all trials that are hits; a trial has any number of items."""
+    if of.sum() == 0.0:
+        return Estimate(None, None, None)
     whole = float(hits.sum() / of.sum())
     found = linearised(whole, (hits - whole * of) / of.mean())
     ends = (None if end is None else min(max(end, 0.0), 1.0) for end in (found.low, found.high))

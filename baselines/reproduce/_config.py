@@ -8,9 +8,10 @@ from typing import Annotated
 import tyro
 
 from baselines.evaluation.executors import Executor
-from baselines.reproduce._runs import ROOTS
+from baselines.reproduce._runs import ROOTS, TRIALS, TRIALS_MANY, Setting
 from wifipgo.command.checkout import recorded
 from wifipgo.command.docstrings import documented
+from wifipgo.command.overrides import Overrides, joined
 from wifipgo.errors import require
 
 
@@ -24,7 +25,13 @@ class ReproduceConfig:
     takes the better part of an hour on two cores, --trials 10 --roots 1 a few minutes. A verdict needs ten
     worlds in all: with fewer the figures are drawn and none is given.
 
+    --set and --sweep judge the claims under changed assumptions beside the default, in one table
+    (changed_claims.md and .json in OUT): no figure is drawn, and only episodes that the change touches are
+    played. With --resume they go into the folder of an earlier run and take its episodes for the default.
+
     Example: wifipgo reproduce fig7 fig8 --trials 20 --roots 1 --out results/two_robots
+
+    Example: wifipgo reproduce fig7 fig8 --sweep err_threshold=5,10,20 --trials 20 --roots 1
 
     Attributes:
         figures: all, or any of fig2 fig5 fig7 fig8 fig9 fig10.
@@ -32,6 +39,8 @@ class ReproduceConfig:
             10 with fifty.
         roots: Roots of seeds; the worlds of all are one pool.
         seed: First root: --seed 3 --roots 2 takes the roots 3 and 4.
+        overrides: Other values for fields of every scenario: --set revisit_gap=1000 kappa=6.
+        sweep: A field of every scenario and its values, one after the other: --sweep err_threshold=5,10,20.
         jobs: Batches at once; 0: as many as there are cores. Results do not depend on it.
         worlds: Most worlds that a job plays at once; 0: 64, fewer where teams are large (400 robots in all).
             Results do not depend on it.
@@ -40,13 +49,16 @@ class ReproduceConfig:
         out: Folder of the results.
         resume: Go on with the run that is there; its trials, seed and versions must be the same.
         overwrite: Remove the run that is there first.
-        docs: Also write claims.md, claims.json and the pictures into this folder.
+        docs: Also write claims.md, claims.json and the pictures into this folder; with --set or --sweep,
+            changed_claims.md and .json beside them.
     """
 
     figures: Annotated[tuple[str, ...], tyro.conf.Positional] = ("all",)
     trials: int | None = None
     roots: int = ROOTS
     seed: int = 0
+    overrides: Overrides = ()
+    sweep: Annotated[tuple[str, ...], tyro.conf.arg(metavar="FIELD=A,B,... ...")] = ()
     jobs: int = 0
     worlds: int = 0
     executor: str = "process"
@@ -74,7 +86,20 @@ class ReproduceConfig:
         """Command line that makes the same results."""
         trials = [] if self.trials is None else ["--trials", str(self.trials)]
         roots = ["--roots", str(self.roots), "--seed", str(self.seed)]
-        return recorded("reproduce", *self.figures, *trials, *roots)
+        changes = ["--set", *self.overrides] if self.overrides else []
+        changes += ["--sweep", *self.sweep] if self.sweep else []
+        return recorded("reproduce", *self.figures, *trials, *roots, *changes)
+
+    def setting(self, cache: Path) -> Setting:
+        """What all figures share."""
+        return Setting(trials=self.trials or 0, seed=self.seed, roots=self.roots, cache=cache)
+
+    @property
+    def pool(self) -> str:
+        """The worlds, in words."""
+        last = self.seed + self.roots - 1
+        roots = f"roots {self.seed} to {last}" if self.roots > 1 else f"root {self.seed}"
+        return f"{roots}, {self.trials or f'{TRIALS} worlds of two robots or {TRIALS_MANY} of fifty'} each"
 
 
 def parsed(args: Sequence[str] | None = None) -> ReproduceConfig:
@@ -84,4 +109,5 @@ def parsed(args: Sequence[str] | None = None) -> ReproduceConfig:
         ValueError: A value that is refused.
         SystemExit: The command line is not understood, or asks for help.
     """
-    return tyro.cli(documented(ReproduceConfig), prog="wifipgo reproduce", args=args)
+    words = joined(args, ("--set", "--sweep"))
+    return tyro.cli(documented(ReproduceConfig), prog="wifipgo reproduce", args=words)

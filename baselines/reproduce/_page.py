@@ -6,6 +6,7 @@ from typing import Any
 from baselines.evaluation.console_report import shown
 from baselines.evaluation.intervals import Estimate
 from baselines.reproduce._claims import BESIDE, HEADLINE, SENSITIVITY
+from baselines.reproduce._figures import NOT_REDONE
 
 _INTRODUCTION = """\
 Each claim has one figure of ours, its 95 % interval over worlds that all that is compared meets, and a
@@ -40,7 +41,7 @@ def page(record: Mapping[str, Any], picture: Callable[[str], str]) -> str:
     """
     figures: Mapping[str, Any] = record["figures"]
     parts = [f"# The paper's claims, judged\n\n{_INTRODUCTION}", summary(figures)]
-    parts += [_figure(name, of, picture(name)) for name, of in figures.items()]
+    parts += [NOT_REDONE, *(_figure(name, of, picture(name)) for name, of in figures.items())]
     return "\n\n".join(parts) + "\n"
 
 
@@ -50,7 +51,7 @@ def summary(figures: Mapping[str, Any]) -> str:
         [name, claim["claim"], _headlines(claim), _VERDICTS.get(claim["verdict"], claim["verdict"])]
         for name, claim in ((claim["name"], claim) for of in figures.values() for claim in of["claims"])
     ]
-    return _table(["", "claim", "ours, with 95 % interval", "verdict"], rows)
+    return table(["", "claim", "ours, with 95 % interval", "verdict"], rows)
 
 
 def with_summary(text: str, figures: Mapping[str, Any]) -> str:
@@ -67,7 +68,7 @@ def brief(figures: Mapping[str, Any]) -> str:
         [claim["claim"], _headlines(claim), _VERDICTS.get(claim["verdict"], claim["verdict"])]
         for claim in claims
     ]
-    return _table(["claim", "ours, with 95 % interval", "verdict"], rows)
+    return table(["claim", "ours, with 95 % interval", "verdict"], rows)
 
 
 def _about(run: Mapping[str, Any]) -> str:
@@ -89,11 +90,11 @@ def _headlines(claim: Mapping[str, Any]) -> str:
     if not found:
         return "-"
     if len(found) == 1:
-        return _shown(found[0]) + claim["unit"]
+        return shown_finding(found[0]) + claim["unit"]
     if len(found) > 4:
         reached = sum(finding["verdict"] == "reproduced" for finding in found)
         return f"reproduced in {reached} of {len(found)} conditions"
-    return "; ".join(f"{finding['conditions']} {_shown(finding)}{claim['unit']}" for finding in found)
+    return "; ".join(f"{finding['conditions']} {shown_finding(finding)}{claim['unit']}" for finding in found)
 
 
 def _figure(name: str, of: Mapping[str, Any], picture: str) -> str:
@@ -113,21 +114,22 @@ def _claim(claim: Mapping[str, Any]) -> str:
         [
             _ROLES[finding["role"]],
             finding["conditions"],
-            _shown(finding) + claim["unit"],
+            shown_finding(finding) + claim["unit"],
             str(finding["n"]),
             finding["verdict"],
             finding["note"],
         ]
         for finding in claim["findings"]
     ]
-    return f"{text}\n\n" + _table(["", "conditions", "ours", "worlds", "verdict", "note"], rows)
+    return f"{text}\n\n" + table(["", "conditions", "ours", "worlds", "verdict", "note"], rows)
 
 
-def _shown(finding: Mapping[str, Any]) -> str:
+def shown_finding(finding: Mapping[str, Any]) -> str:
+    """A figure with its interval."""
     return shown(Estimate(finding["value"], finding["low"], finding["high"]))
 
 
-def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table in Markdown."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)

@@ -8,20 +8,20 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-from baselines.evaluation.jobs import EpisodesFailedError, Failure, missing, run_all
+from baselines.evaluation.jobs import Failure
 from baselines.evaluation.plan import versions
-from baselines.reproduce import _folder
+from baselines.reproduce import _changed, _folder
 from baselines.reproduce._claims import not_run
 from baselines.reproduce._config import ReproduceConfig
-from baselines.reproduce._figures import FIGURES, chosen
+from baselines.reproduce._figures import FIGURES, NOT_REDONE, chosen
 from baselines.reproduce._folder import done
 from baselines.reproduce._page import page, with_summary
+from baselines.reproduce._play import played, raise_if_failed
 from baselines.reproduce._rules import FEW, FEWEST
-from baselines.reproduce._runs import TRIALS, TRIALS_MANY, Setting
+from baselines.reproduce._runs import Setting
 from wifipgo.command.terminal import say
 from wifipgo.files.atomic_files import write_json
 from wifipgo.files.folder_lock import held
@@ -39,7 +39,7 @@ def reproduce(config: ReproduceConfig, *, console: Console | None = None) -> dic
         console: Where to print; nowhere if None.
 
     Returns:
-        Content of ``claims.json``.
+        Content of ``claims.json``; with changed assumptions, of ``changed_claims.json``.
 
     Raises:
         ValueError: A setting that is refused; nothing was written.
@@ -50,9 +50,12 @@ def reproduce(config: ReproduceConfig, *, console: Console | None = None) -> dic
     config.check()
     names, out = chosen(config.figures), config.out.resolve()
     config.where.check_script(2)
+    changes = _changed.checked(config, names, out / _folder.EPISODES)
     record = {"trials": config.trials, "seed": config.seed, "versions": versions()}
     with held(out):
         _folder.claim(out, record, resume=config.resume, overwrite=config.overwrite)
+        if changes:
+            return _changed.compare(config, names, changes, out, console)
         return _work(config, names, out, console)
 
 
@@ -63,10 +66,8 @@ def _work(config: ReproduceConfig, names: Sequence[str], out: Path, console: Con
         EpisodesFailedError: Some episodes raised.
     """
     executor = config.where
-    setting = Setting(
-        trials=config.trials or 0, seed=config.seed, roots=config.roots, cache=out / _folder.EPISODES
-    )
-    say(console, f"figures: {', '.join(names)}; {_pool(config)}; {executor.name}")
+    setting = config.setting(out / _folder.EPISODES)
+    say(console, f"figures: {', '.join(names)}; {config.pool}; {executor.name}")
     failures = []
     for name in names:
         if done(out, name, setting.numbers):
@@ -75,10 +76,7 @@ def _work(config: ReproduceConfig, names: Sequence[str], out: Path, console: Con
             failures += _make(name, setting, out, config, console)
     whole = _together(config, out)
     _report(whole, config, console)
-    (out / _folder.FAILURES).unlink(missing_ok=True)
-    if failures:
-        (out / _folder.FAILURES).write_text("\n".join(f.trace for f in failures), encoding="utf-8")
-        raise EpisodesFailedError([failure.line for failure in failures], out)
+    raise_if_failed(failures, out)
     return whole
 
 
@@ -86,12 +84,7 @@ def _make(name: str, setting: Setting, out: Path, config: ReproduceConfig, conso
     """Run what one figure still needs and make it; what failed if it cannot be made."""
     figure = FIGURES[name]
     tasks = figure.tasks(setting)
-    _folder.note(out, [task.path for task in tasks])
-    items = missing(tasks)
-    columns = (TextColumn(f"{name:6s}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True, quiet=console.quiet)) as progress:
-        bar = progress.add_task("", total=len(items))
-        failures = run_all(items, executor=config.where, on_done=lambda n: progress.advance(bar, n))
+    failures = played(name, tasks, out=out, executor=config.where, console=console)
     if failures:
         return failures
     folder = _folder.staging(out, name)
@@ -111,13 +104,6 @@ def _about(name: str, config: ReproduceConfig) -> dict[str, Any]:
         "trials": config.trials or FIGURES[name].TRIALS,
         "versions": versions(),
     }
-
-
-def _pool(config: ReproduceConfig) -> str:
-    """The worlds, in words."""
-    last = config.seed + config.roots - 1
-    roots = f"roots {config.seed} to {last}" if config.roots > 1 else f"root {config.seed}"
-    return f"{roots}, {config.trials or f'{TRIALS} worlds of two robots or {TRIALS_MANY} of fifty'} each"
 
 
 def _together(config: ReproduceConfig, out: Path) -> dict[str, Any]:
@@ -180,4 +166,5 @@ def _report(whole: Mapping[str, Any], config: ReproduceConfig, console: Console)
     verdicts = {claim["verdict"] for of in whole["figures"].values() for claim in of["claims"]}
     if FEW in verdicts:
         say(console, f"a verdict needs {FEWEST} worlds: --trials and --roots say how many there are")
+    say(console, NOT_REDONE)
     say(console, f"results: {config.out}; read {config.out / _folder.PAGE}")

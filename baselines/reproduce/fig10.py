@@ -17,6 +17,7 @@ from baselines.reproduce import _draw_outliers, _rules
 from baselines.reproduce._claims import (
     BESIDE,
     HEADLINE,
+    NO_EPISODES,
     SENSITIVITY,
     Claim,
     Found,
@@ -140,7 +141,7 @@ def _measured(loaded: Sequence[Arrays]) -> pd.DataFrame:
         pd.DataFrame({"trial": k, **{name: column for name, column in of.items() if name != "errors"}})
         for k, of in enumerate(loaded)
     ]
-    return pd.concat(parts, ignore_index=True)
+    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
 
 def _grid(setting: Setting) -> pd.DataFrame:
@@ -212,6 +213,9 @@ def _changed(method: str, setting: Setting) -> list[Found]:
 
 def _detected(met: pd.DataFrame) -> Claim:
     """Whether the gate parts outliers from the rest."""
+    if met.empty:
+        found = [missing("all relative poses", NO_EPISODES)]
+        return judged(GATE, quantity="", rule=_rules.at_least(0.6, 0.0), found=found)
     found = [_parted(met, "all relative poses", HEADLINE)]
     for low, high in ((0.0, 1.0), (1.0, 1.6), (1.6, 2.3)):
         near = met[(met.range_m >= low) & (met.range_m < high)]

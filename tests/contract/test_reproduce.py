@@ -17,7 +17,7 @@ from baselines.evaluation.batches import Batch
 from baselines.evaluation.episodes import Episode, trial_seed
 from baselines.evaluation.intervals import mean_of
 from baselines.evaluation.jobs import EpisodesFailedError
-from baselines.reproduce import _figures, _folder, _rules, _run, fig2, fig9
+from baselines.reproduce import _assumptions, _changed, _figures, _folder, _rules, _run, fig2, fig9
 from baselines.reproduce.__main__ import main
 from baselines.reproduce._claims import Claim, Sentence, judged, row
 from baselines.reproduce._config import ReproduceConfig
@@ -60,8 +60,8 @@ def small(policies: Sequence[str]) -> SimpleNamespace:
 def two(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two small figures that share the episodes of one policy."""
     figures = {"figA": small(["random"]), "figB": small(["random", "active"])}
-    monkeypatch.setattr(_figures, "FIGURES", figures)
-    monkeypatch.setattr(_run, "FIGURES", figures)
+    for module in (_figures, _run, _changed, _assumptions):
+        monkeypatch.setattr(module, "FIGURES", figures)
 
 
 def asked(out: Path, **changes: Any) -> ReproduceConfig:
@@ -177,6 +177,46 @@ def test_roots_are_added_to_the_pool(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.usefixtures("two")
+def test_a_sweep_stands_beside_the_default_and_plays_only_what_it_touches(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, docs = tmp_path / "out", tmp_path / "docs"
+    whole = reproduce(asked(out, docs=docs))
+    published = (docs / "claims.json").read_text()
+    seen = counted(monkeypatch)
+    sweep = asked(out, sweep=("n_steps=3,6",), resume=True)
+    columns = reproduce(sweep)["columns"]
+    assert list(columns) == ["default", "n_steps=3", "n_steps=6"]
+    assert {task.scenario.n_steps for task in seen} == {6}  # the default is there, and 3 is the default
+    assert len(seen) == 2 * 2
+    assert columns["default"] == {name: of["claims"] for name, of in whole["figures"].items()}
+    assert columns["n_steps=3"] == {}
+    short, long = (columns[label]["figA"][0]["findings"][0]["value"] for label in ("default", "n_steps=6"))
+    assert long > 1.2 * short
+    page = (out / "changed_claims.md").read_text()
+    assert "|  |  | default | n_steps=3 | n_steps=6 |" in page
+    assert "Figures 1, 3, 4 and 6 of the paper are not redone" in page
+    assert "wifipgo reproduce all --trials 2 --roots 1 --seed 0 --sweep n_steps=3,6" in page
+    assert (docs / "claims.json").read_text() == published
+    assert not (docs / "changed_claims.json").exists()
+    assert json.loads((out / "claims.json").read_text()) == whole
+    reproduce(replace(sweep, docs=docs))
+    assert (docs / "changed_claims.md").read_text() == page
+    assert (docs / "claims.json").read_text() == published
+
+
+def test_what_a_scenario_refuses_is_a_row_that_says_so(tmp_path: Path) -> None:
+    """Robots that solve at every step have no distributed back-end."""
+    setting = Setting(trials=2, seed=0, cache=tmp_path, changes={"backend": "distributed"}, sensitivity=False)
+    run = Run(changed("paper-hw-2", estimator="every_step"), "random")
+    assert not run.tasks(setting)
+    assert not run.episodes(setting)
+    assert len(Run(changed("paper-hw-2"), "random").tasks(setting)) == 2
+    found = row("a", mean_of, run.episodes(setting))
+    assert (found.n, found.estimate.value) == (0, None)
+
+
+@pytest.mark.usefixtures("two")
 def test_serial_and_process_find_the_same(tmp_path: Path) -> None:
     found = [
         reproduce(asked(tmp_path / name, executor=name, jobs=2))["figures"] for name in ("serial", "process")
@@ -207,6 +247,20 @@ def test_a_folder_that_is_no_reproduction_is_left_alone(overwrite: bool, tmp_pat
         (["fig2", "--roots", "0"], "roots must be in 1..10000, got 0"),
         (["fig2", "--jobs", "-1"], "jobs must be >= 0"),
         (["fig2", "--executor", "slurm"], "unknown executor 'slurm'"),
+        (["fig7", "--set", "kappa"], "a setting must be KEY=VALUE, got 'kappa'"),
+        (["fig7", "--set", "err_treshold=5"], "unknown scenario field 'err_treshold'; known: "),
+        (["all", "--sweep", "err_treshold=5,10"], "unknown scenario field 'err_treshold'; known: "),
+        (["fig7", "--sweep", "err_threshold=low,10"], "err_threshold must be of type float, got 'low'"),
+        (["fig7", "--sweep", "err_threshold=10,-1"], "RendezvousConfig.err_threshold must be in 1e-09.."),
+        (["fig7", "--sweep", "err_threshold=5"], "--sweep err_threshold must be FIELD=A,B,...: two values"),
+        (
+            ["fig7", "--sweep", "kappa=1,2", "--set", "kappa=3"],
+            "--sweep kappa must be a field that --set leaves",
+        ),
+        (
+            ["fig2", "--set", "kappa=2"],
+            "--set and --sweep must be for a figure that plays episodes: fig5, fig7",
+        ),
         (["fig2", "--resume", "--overwrite"], "--resume and --overwrite must be one of them at most"),
     ],
 )
