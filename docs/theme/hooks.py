@@ -5,15 +5,18 @@ written as it works in a checkout and leads to the page of the site; one that le
 """
 
 import ast
+import fnmatch
 import posixpath
 import re
 from pathlib import Path
+from typing import Any
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
 PAGES = {
     "README.md": "index.md",
     "CHANGELOG.md": "changelog.md",
@@ -21,6 +24,22 @@ PAGES = {
     **{f"examples/{path.name}": f"examples/{path.stem}.md" for path in (ROOT / "examples").glob("*.py")},
 }
 LINK = re.compile(r"(?<=\]\()(?![a-z]+:|#)([^)#\s]+)")
+
+
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    """Write out the entries of the menu that stand for all pages of a folder."""
+    config.nav = written_out(config.nav)
+    return config
+
+
+def written_out(nav: Any) -> Any:
+    """A menu in which every ``folder/*.md`` is the list of its pages."""
+    if isinstance(nav, dict):
+        return {title: written_out(part) for title, part in nav.items()}
+    if isinstance(nav, list):
+        return [written_out(part) for part in nav]
+    written = [path.relative_to(DOCS).as_posix() for path in DOCS.glob(nav)]
+    return sorted([*written, *fnmatch.filter(PAGES.values(), nav)]) if "*" in nav else nav
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:

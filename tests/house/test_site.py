@@ -3,8 +3,10 @@
 `make docs` builds it in strict mode; these are the checks that need nothing installed for it.
 """
 
+import fnmatch
 import pkgutil
 import re
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -28,6 +30,7 @@ WRITTEN = [
     *sorted(DOCS.rglob("*.md")),
     *(ROOT / f"{name}.md" for name in ("README", "CONTRIBUTING", "CHANGELOG")),
 ]
+DESCRIPTION = "description.md"  # of the installed package
 LINK = re.compile(r"(?<!!)\]\((?![a-z]+:)([^)#\s]*)(?:#([^)\s]*))?\)")
 FENCE = re.compile(r"^( *)```.*?^\1```$", re.MULTILINE | re.DOTALL)
 
@@ -42,9 +45,10 @@ _Settings.add_multi_constructor("", lambda *_: None)
 
 
 def entries(nav: Any) -> Iterator[str]:
-    """Pages of a menu, in order."""
+    """Pages of a menu, in order; ``folder/*.md`` is all there are in it."""
     if isinstance(nav, str):
-        yield nav
+        there = [path.relative_to(DOCS).as_posix() for path in DOCS.glob(nav)]
+        yield from [*there, *fnmatch.filter(MADE, nav)] if "*" in nav else [nav]
     else:
         for part in nav.values() if isinstance(nav, dict) else nav:
             yield from entries(part)
@@ -71,7 +75,7 @@ def anchors(path: Path) -> set[str]:
 
 def test_the_menu_has_every_page_once() -> None:
     menu = list(entries(yaml.load((ROOT / "mkdocs.yml").read_text("utf-8"), _Settings)["nav"]))
-    written = {path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md")}
+    written = {path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md")} - {DESCRIPTION}
     assert sorted(menu) == sorted(written | set(MADE))
 
 
@@ -106,3 +110,10 @@ def test_every_public_name_is_in_the_api_reference() -> None:
     )
     assert shown >= set(FACES)
     assert all(pkgutil.resolve_name(name).__all__ for name in FACES)
+
+
+def test_the_description_of_the_package_leads_nowhere() -> None:
+    """It is read where nothing of the checkout is: a relative link or picture would be dead."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    assert project["readme"] == f"docs/{DESCRIPTION}"
+    assert "](" not in (DOCS / DESCRIPTION).read_text("utf-8")
