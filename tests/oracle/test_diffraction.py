@@ -21,14 +21,14 @@ WAVENUMBER = 2.0 * np.pi * CARRIER_HZ / SPEED_OF_LIGHT_M_S
 UNIT_BOX = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
-def conductor(phi_tx_rad: float, phi_rx_rad: np.ndarray, open_rad: float, distance: float) -> np.ndarray:
+def conductor(tx_rad: float, rx_rad: np.ndarray, open_rad: float, distance: float) -> np.ndarray:
     """Factor of a perfectly conducting wedge."""
-    minus_one = np.full(len(phi_rx_rad), -1.0 + 0.0j)
-    phi_tx, opened, far = (np.full(len(phi_rx_rad), value) for value in (phi_tx_rad, open_rad, distance))
-    return diffraction_factor(phi_tx, phi_rx_rad, opened, far, reflection_0=minus_one, reflection_n=minus_one)
+    minus_one = np.full(len(rx_rad), -1.0 + 0.0j)
+    tx_rad, opened, far = (np.full(len(rx_rad), value) for value in (tx_rad, open_rad, distance))
+    return diffraction_factor(tx_rad, rx_rad, opened, far, reflection_0=minus_one, reflection_n=minus_one)
 
 
-def sommerfeld(phi_tx_rad: float, phi_rx_rad: np.ndarray, kr: float) -> np.ndarray:
+def sommerfeld(tx_rad: float, rx_rad: np.ndarray, kr: float) -> np.ndarray:
     """Total field of a plane wave at a conducting half plane (Sommerfeld 1896), 1 at the edge."""
 
     def wave(angle_rad: np.ndarray) -> np.ndarray:
@@ -38,49 +38,47 @@ def sommerfeld(phi_tx_rad: float, phi_rx_rad: np.ndarray, kr: float) -> np.ndarr
         scaled: np.ndarray = np.exp(1j * kr * np.cos(angle_rad)) * np.exp(0.25j * np.pi) / np.sqrt(np.pi)
         return scaled * rest
 
-    return wave(phi_rx_rad - phi_tx_rad) - wave(phi_rx_rad + phi_tx_rad)
+    return wave(rx_rad - tx_rad) - wave(rx_rad + tx_rad)
 
 
-@pytest.mark.parametrize("phi_tx_deg", [20.0, 90.0, 140.0])
+@pytest.mark.parametrize("tx_deg", [20.0, 90.0, 140.0])
 @pytest.mark.parametrize("kr", [0.5, 10.0, 300.0])
-def test_a_half_plane_is_sommerfelds(phi_tx_deg: float, kr: float) -> None:
+def test_a_half_plane_is_sommerfelds(tx_deg: float, kr: float) -> None:
     """Of a plane wave at a screen the coefficient is exact, at any distance."""
-    phi_tx, phi_rx = np.deg2rad(phi_tx_deg), np.deg2rad(np.arange(0.37, 360.0, 1.0))
-    optics = (phi_rx < np.pi + phi_tx) * np.exp(1j * kr * np.cos(phi_rx - phi_tx))
-    optics -= (phi_rx < np.pi - phi_tx) * np.exp(1j * kr * np.cos(phi_rx + phi_tx))
-    total = optics + conductor(phi_tx, phi_rx, 2.0 * np.pi, kr) * np.exp(-1j * kr)
-    np.testing.assert_allclose(total, sommerfeld(phi_tx, phi_rx, kr), atol=1e-11)
+    tx_rad, rx_rad = np.deg2rad(tx_deg), np.deg2rad(np.arange(0.37, 360.0, 1.0))
+    optics = (rx_rad < np.pi + tx_rad) * np.exp(1j * kr * np.cos(rx_rad - tx_rad))
+    optics -= (rx_rad < np.pi - tx_rad) * np.exp(1j * kr * np.cos(rx_rad + tx_rad))
+    total = optics + conductor(tx_rad, rx_rad, 2.0 * np.pi, kr) * np.exp(-1j * kr)
+    np.testing.assert_allclose(total, sommerfeld(tx_rad, rx_rad, kr), atol=1e-11)
 
 
-def exact_wedge(
-    phi_tx_rad: float, phi_rx_rad: np.ndarray, open_rad: float, ks_tx: float, ks_rx: float
-) -> np.ndarray:
+def exact_wedge(tx_rad: float, rx_rad: np.ndarray, open_rad: float, ks_tx: float, ks_rx: float) -> np.ndarray:
     """Field of a line source, alone H0(2)(k R), at a conducting wedge: a series of Bessel functions."""
     turns, near, far = np.pi / open_rad, min(ks_tx, ks_rx), max(ks_tx, ks_rx)
     order = turns * np.arange(1, int((near + 60.0) / turns))
     radial = jv(order, near) * hankel2(order, far)
-    angular = np.sin(order * phi_tx_rad) * np.sin(order * phi_rx_rad[:, None])
+    angular = np.sin(order * tx_rad) * np.sin(order * rx_rad[:, None])
     series: np.ndarray = (angular * radial).sum(axis=1)
     return 4.0 * turns * series
 
 
 @pytest.mark.parametrize("open_deg", [200.0, 270.0, 300.0, 345.0])
-@pytest.mark.parametrize("phi_tx_deg", [25.0, 60.0, 110.0, 165.0])
-def test_a_conducting_wedge_is_the_exact_one(open_deg: float, phi_tx_deg: float) -> None:
+@pytest.mark.parametrize("tx_deg", [25.0, 60.0, 110.0, 165.0])
+def test_a_conducting_wedge_is_the_exact_one(open_deg: float, tx_deg: float) -> None:
     """Within 1e-3 of free space, for wedges from nearly flat to sharp, 24 and 41 wavelengths away."""
-    phi_tx, opened = np.deg2rad([phi_tx_deg, open_deg])
-    phi_rx = np.deg2rad(np.arange(0.63, open_deg, 1.0))
+    tx_rad, opened = np.deg2rad([tx_deg, open_deg])
+    rx_rad = np.deg2rad(np.arange(0.63, open_deg, 1.0))
     ks_tx, ks_rx = 150.0, 260.0
     way = ks_tx + ks_rx
-    total = conductor(phi_tx, phi_rx, opened, ks_tx * ks_rx / way) * far_field(way)
+    total = conductor(tx_rad, rx_rad, opened, ks_tx * ks_rx / way) * far_field(way)
     for sign, angle_rad in (
-        (1.0, phi_rx - phi_tx),
-        (-1.0, phi_rx + phi_tx),
-        (-1.0, 2.0 * opened - phi_rx - phi_tx),
+        (1.0, rx_rad - tx_rad),
+        (-1.0, rx_rad + tx_rad),
+        (-1.0, 2.0 * opened - rx_rad - tx_rad),
     ):
         apart = np.sqrt(ks_tx**2 + ks_rx**2 - 2.0 * ks_tx * ks_rx * np.cos(angle_rad))
         total = total + sign * (np.abs(angle_rad) < np.pi) * hankel2(0.0, apart)
-    exact = exact_wedge(phi_tx, phi_rx, opened, ks_tx, ks_rx)
+    exact = exact_wedge(tx_rad, rx_rad, opened, ks_tx, ks_rx)
     assert np.abs((total - exact) / far_field(way)).max() < 1e-3
 
 

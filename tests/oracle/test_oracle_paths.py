@@ -9,13 +9,14 @@ import pytest
 from support.data_dir import data_dir
 
 from benchmarks.oracle_paths import OracleConfig, main
-from benchmarks.reference_paths import compare, read_references
+from benchmarks.reference_files import read_references
+from benchmarks.reference_paths import compare
 from wifipgo.command.command_line import exit_code
 
 
-def fixture(name: str = "room_6x5_4_metal_boxes") -> dict[str, Any]:
+def fixture(name: str = "room_6x5_4_metal_boxes", folder: str = "sionna") -> dict[str, Any]:
     """One file of the reference data."""
-    content: dict[str, Any] = json.loads((data_dir("sionna") / f"{name}.json").read_text("utf-8"))
+    content: dict[str, Any] = json.loads((data_dir(folder) / f"{name}.json").read_text("utf-8"))
     return content
 
 
@@ -39,6 +40,41 @@ def test_every_fixture_is_reached(tmp_path: Path) -> None:
     assert report["total"]["known_by_order"] == report["total"]["ours_by_order"]
     assert report["total"]["missed"] == report["total"]["extra"] == 0
     assert sorted(path.name for path in out.parent.iterdir()) == ["out.json", "out.png"]
+
+
+def test_diffractions_are_reached_in_rooms_and_at_wedges(tmp_path: Path) -> None:
+    out = tmp_path / "out.json"
+    assert ended(OracleConfig(data=data_dir("sionna_diffraction"), json=out)) == 0
+    report = json.loads(out.read_text("utf-8"))["files"]
+    assert all(row["reached"] for row in report.values())
+    assert report["room_10x8_3_metal_boxes"]["known_by_order"][3] == 75
+    assert report["wedge_5ghz"]["known_by_order"][3] == 4 * 61
+    for row in report.values():
+        assert row["known_by_order"] == row["ours_by_order"]
+        assert row["max_abs"]["gain_db"] < 0.05
+        assert row["max_abs"]["phase_deg"] < 0.3
+        assert row["max_total_of_free_space"] < 1e-3
+
+
+def test_a_wedge_that_is_turned_and_moved_is_the_same_wedge(tmp_path: Path) -> None:
+    """So nothing hangs on where the edge is, or on which face comes first."""
+    content = fixture("wedge_5ghz", "sionna_diffraction")
+    content["wedge"]["edge_m"] = [7.0, -3.0]
+    for case in content["cases"]:
+        case["tx_m"] = turned(case["tx_m"], moved=True)
+        for name in ("face_0", "face_n"):
+            case[name] = {key: turned(way, moved=False) for key, way in case[name].items()}
+        for position in case["positions"]:
+            position["rx_m"] = turned(position["rx_m"], moved=True)
+    found = compare(read_references(written(tmp_path, content)))
+    assert found.missed == found.extra == 0
+    assert np.abs(found.deviations[:, 3]).max() < 0.05
+
+
+def turned(at_m: list[float], *, moved: bool) -> list[float]:
+    """By 30 degrees about the origin, and then on to another place."""
+    there = complex(*at_m) * np.exp(1j * np.pi / 6.0) + (7.0 - 3.0j) * moved
+    return [there.real, there.imag]
 
 
 def test_comparison_counts_what_is_missing_and_what_is_wrong(tmp_path: Path) -> None:

@@ -164,8 +164,15 @@ LATTICE = st.lists(st.integers(0, 8), min_size=4, max_size=4)
 
 
 @SOME
-@given(links=st.lists(LATTICE, min_size=1, max_size=8), metal=st.booleans(), penetration=st.booleans())
-def test_grazing_geometry_gives_no_nan(links: list[list[int]], metal: bool, penetration: bool) -> None:
+@given(
+    links=st.lists(LATTICE, min_size=1, max_size=8),
+    metal=st.booleans(),
+    penetration=st.booleans(),
+    diffraction=st.booleans(),
+)
+def test_grazing_geometry_gives_no_nan(
+    links: list[list[int]], metal: bool, penetration: bool, diffraction: bool
+) -> None:
     """Points on a grid that meets faces, corners and walls: finite answers, gain 0 only for no path."""
     inside = [[2, 2], [6, 4]]
     links = [
@@ -181,7 +188,13 @@ def test_grazing_geometry_gives_no_nan(links: list[list[int]], metal: bool, pene
         obstacle=Slab("metal", 0.1) if metal else WOODEN,
     )
     paths = trace_paths(
-        ends_m[:, 0], ends_m[:, 1], surfaces, carrier_hz=CARRIER_HZ, max_order=2, penetration=penetration
+        ends_m[:, 0],
+        ends_m[:, 1],
+        surfaces,
+        carrier_hz=CARRIER_HZ,
+        max_order=2,
+        penetration=penetration,
+        diffraction=diffraction,
     )
     assert all(np.isfinite(column).all() for column in paths)
     np.testing.assert_array_equal(paths.gain == 0.0, paths.order == -1)

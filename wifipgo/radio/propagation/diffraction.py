@@ -13,8 +13,8 @@ _TURN_OF_TRANSITION = np.exp(0.75j * np.pi)
 
 
 def diffraction_factor(
-    phi_tx_rad: Float[np.ndarray, "*n"],
-    phi_rx_rad: Float[np.ndarray, "*n"],
+    tx_rad: Float[np.ndarray, "*n"],
+    rx_rad: Float[np.ndarray, "*n"],
     open_rad: Float[np.ndarray, "*n"],
     distance: Float[np.ndarray, "*n"],
     *,
@@ -29,15 +29,15 @@ def diffraction_factor(
     other sign on either side, so that the sum with it is continuous.
 
     Args:
-        phi_tx_rad: Angle of the transmitter about the edge, counted from face 0 through the open.
-        phi_rx_rad: That of the receiver.
+        tx_rad: Angle of the transmitter about the edge, counted from face 0 through the open.
+        rx_rad: That of the receiver.
         open_rad: Angle of the open, from face 0 to face n: pi in front of a plane, 2 pi round a screen.
         distance: ``k L = k s s' / (s + s')``, with the distances of both from the edge.
         reflection_0: Of face 0 at the angle at which the transmitter lights it.
         reflection_n: Of face n at the angle at which the receiver sees it.
         blocked: Share of the direct field that is lost behind the edge: 1 less what the faces let through.
     """
-    between_rad, across_rad = phi_rx_rad - phi_tx_rad, phi_rx_rad + phi_tx_rad
+    between_rad, across_rad = rx_rad - tx_rad, rx_rad + tx_rad
     ahead, astern, of_n, of_0 = (
         _boundary_term(angle_rad, open_rad, distance)
         for angle_rad in (np.pi + between_rad, np.pi - between_rad, np.pi + across_rad, np.pi - across_rad)

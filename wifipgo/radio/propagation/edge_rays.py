@@ -140,20 +140,20 @@ def _factor(
         column.ravel().take(at) for column in (edges.open_rad, edges.ending, edges.beginning)
     )
     swap = 2.0 * tx.angle_rad > open_rad
-    phi_tx_rad, phi_rx_rad = (np.where(swap, open_rad - end.angle_rad, end.angle_rad) for end in (tx, rx))
+    tx_rad, rx_rad = (np.where(swap, open_rad - end.angle_rad, end.angle_rad) for end in (tx, rx))
     faces = np.where(swap, [beginning, ending], [ending, beginning])
     line = scenes.at(faces, at % scenes.n_worlds)
     slabs = (
         scenes.permittivity.ravel().take(line),
         scenes.thickness_m.ravel().take(line),
-        np.abs(np.sin([phi_tx_rad, open_rad - phi_rx_rad])),
+        np.abs(np.sin([tx_rad, open_rad - rx_rad])),
         carrier_hz,
     )
     reflection_0, reflection_n = slab_reflection(*slabs)
     distance_m = tx.distance_m * rx.distance_m / (tx.distance_m + rx.distance_m)
     return diffraction_factor(
-        phi_tx_rad,
-        phi_rx_rad,
+        tx_rad,
+        rx_rad,
         open_rad,
         (2.0 * np.pi * carrier_hz / SPEED_OF_LIGHT_M_S) * distance_m,
         reflection_0=reflection_0,
