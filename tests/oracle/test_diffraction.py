@@ -24,8 +24,8 @@ UNIT_BOX = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 def conductor(tx_rad: float, rx_rad: np.ndarray, open_rad: float, distance: float) -> np.ndarray:
     """Factor of a perfectly conducting wedge."""
     minus_one = np.full(len(rx_rad), -1.0 + 0.0j)
-    tx_rad, opened, far = (np.full(len(rx_rad), value) for value in (tx_rad, open_rad, distance))
-    return diffraction_factor(tx_rad, rx_rad, opened, far, reflection_0=minus_one, reflection_n=minus_one)
+    from_rad, opened, far = (np.full(len(rx_rad), value) for value in (tx_rad, open_rad, distance))
+    return diffraction_factor(from_rad, rx_rad, opened, far, reflection_0=minus_one, reflection_n=minus_one)
 
 
 def sommerfeld(tx_rad: float, rx_rad: np.ndarray, kr: float) -> np.ndarray:
