@@ -26,9 +26,9 @@ def wedge(open_rad: float, slabs: list[Slab]) -> Surfaces:
     )
 
 
-def at(phi_rad: np.ndarray, away_m: float) -> np.ndarray:
+def at(about_rad: np.ndarray, away_m: float) -> np.ndarray:
     """Places at a distance from the edge."""
-    return away_m * np.stack([np.cos(phi_rad), np.sin(phi_rad)], axis=-1)
+    return away_m * np.stack([np.cos(about_rad), np.sin(about_rad)], axis=-1)
 
 
 def traced(surfaces: Surfaces, tx_m: np.ndarray, rx_m: np.ndarray, *, penetration: bool = False) -> Paths:
