@@ -85,16 +85,22 @@ def one_way_channel(room: Room, rng: np.random.Generator) -> np.ndarray:
 
 def two_way_product(channel: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Forward times reverse channel as two cards report them; oscillators cancel and are left out."""
-    level = channel / np.sqrt(np.mean(np.abs(channel) ** 2))
     product = np.ones_like(channel)
     for timing_s in TIMING_S:
-        late_s = rng.normal(0.0, timing_s, (len(channel), 1))
-        noise = rng.normal(size=channel.shape) + 1j * rng.normal(size=channel.shape)
-        heard = level * np.exp(-2j * np.pi * OFFSETS_HZ * late_s)
-        heard += np.sqrt(0.5) * 10.0 ** (-SNR_DB / 20.0) * noise
-        heard *= 30.0 / np.sqrt(np.mean(np.abs(heard) ** 2, axis=1, keepdims=True))  # gain control
-        product *= np.clip(heard.real.round(), -128, 127) + 1j * np.clip(heard.imag.round(), -128, 127)
+        product *= reported(channel, timing_s, rng)
     return product.astype(np.complex64)
+
+
+def reported(channel: np.ndarray, timing_s: float, rng: np.random.Generator) -> np.ndarray:
+    """What a card makes of a channel: symbol timing, noise, gain control, signed bytes."""
+    level = channel / np.sqrt(np.mean(np.abs(channel) ** 2))
+    late_s = rng.normal(0.0, timing_s, (len(channel), 1))
+    noise = rng.normal(size=channel.shape) + 1j * rng.normal(size=channel.shape)
+    heard = level * np.exp(-2j * np.pi * OFFSETS_HZ * late_s)
+    heard += np.sqrt(0.5) * 10.0 ** (-SNR_DB / 20.0) * noise
+    heard *= 30.0 / np.sqrt(np.mean(np.abs(heard) ** 2, axis=1, keepdims=True))  # gain control
+    whole: np.ndarray = np.clip(heard.real.round(), -128, 127) + 1j * np.clip(heard.imag.round(), -128, 127)
+    return whole
 
 
 def _half_circle(rng: np.random.Generator) -> np.ndarray:

@@ -12,6 +12,7 @@ from wifipgo.former_names import answer_to_former_names
 from wifipgo.lazy_face import face
 
 if TYPE_CHECKING:
+    from wifipgo.data import example_data
     from wifipgo.errors import BadInputError, NumericalError
     from wifipgo.graph.edges import Edges
     from wifipgo.graph.metrics import ate_rot, ate_trans, residual_error
@@ -37,6 +38,7 @@ __all__ = [
     "advance",
     "ate_rot",
     "ate_trans",
+    "example_data",
     "residual_error",
     "scenario_named",
     "solve",
@@ -62,6 +64,7 @@ if not TYPE_CHECKING:
             "advance": "loop",
             "ate_rot": "graph.metrics",
             "ate_trans": "graph.metrics",
+            "example_data": "data",
             "residual_error": "graph.metrics",
             "scenario_named": "scenarios",
             "solve": "graph.solvers",

@@ -20,6 +20,7 @@ from jaxtyping import Float, Int
 from wifipgo.command.command_line import exit_code, printable, say
 from wifipgo.command.docstrings import documented
 from wifipgo.command.processes import in_a_process
+from wifipgo.data import GRAPH, example_or_path
 from wifipgo.errors import DoubtfulError, require
 from wifipgo.files.folder_lock import held
 from wifipgo.graph.accuracy import aligned, rmse_rot, rmse_trans
@@ -197,12 +198,15 @@ def run(
     before and after. The folder appears whole or not at all, the picture after it. Exit code 1 if the search
     did not converge, 2 if the graph cannot be read or the folder not be written, 3 if the search broke down.
 
+    Example: wifipgo optimise example --robust gnc
+
     Example: wifipgo optimise graphs/team --robust gnc --out results/team
 
     Example: wifipgo optimise graph.g2o --backend distributed --overwrite
 
     Args:
-        path: A g2o file, or a folder with one file a robot: 0.g2o, 1.g2o, ...
+        path: A g2o file, or a folder with one file a robot: 0.g2o, 1.g2o, ...; "example" for a simulated team
+            that ships with the package.
         backend: One computer by gtsam, or the robots by themselves (two-stage Gauss-Seidel).
         robust: What guards against outliers, for all measurements but odometry.
         out: Folder for the results.
@@ -215,6 +219,7 @@ def run(
     from wifipgo.graph.files.optimise_report import Results, print_table  # noqa: PLC0415
 
     require(0.0 < threshold < np.inf, "threshold", "positive and finite", threshold)
+    path = example_or_path(path, GRAPH)
     with held(out):
         results = Results.claim(out, overwrite=overwrite)
         reading = read_g2o(path, lenient=lenient)

@@ -18,6 +18,7 @@ import tyro
 
 from wifipgo.command.command_line import exit_code, say
 from wifipgo.command.docstrings import documented
+from wifipgo.data import CSI, example_or_path
 from wifipgo.radio.aoa.moving_aperture import Bearing
 from wifipgo.radio.recordings.recorded_link import Link, bearing
 from wifipgo.radio.recordings.report import print_report
@@ -39,6 +40,8 @@ def report(
     answer and error of the WSR toolbox. Then medians and means per set, with and without
     the links marked "out", and a picture with one polar profile a link.
 
+    Example: wifipgo recordings example
+
     Example: wifipgo recordings data/wsr/raw_LOS_A_L1 --out results/los
 
     A pack, ``data/wsr/wsr_slim_dev.npz``, and a folder of packs or runs, ``data/wsr``, are read too.
@@ -46,9 +49,11 @@ def report(
     read.
 
     Args:
-        path: A raw run (folder with csi_rx_*.dat), a packed .npz, or a folder of packs or runs.
+        path: A raw run (folder with csi_rx_*.dat), a packed .npz, or a folder of packs or runs; "example" for
+            simulated links that ship with the package.
         out: Folder for the picture, made if it is not there.
     """
+    path = example_or_path(path, CSI)
     links = read_links(path)
     out.mkdir(parents=True, exist_ok=True)
     bearings = [bearing(link) for link in links]

@@ -1,0 +1,25 @@
+"""Data to start from, of our own making: recordings of Wi-Fi channels, and a team's pose graph.
+
+Simulated and written by `benchmarks.example_data`, so they may be used for anything. What they hold, and
+where the public sets are: ``docs/howto/data.md``.
+"""
+
+from pathlib import Path
+
+EXAMPLE = "example"  # the word that stands for these data on the command line
+CSI, GRAPH = "csi", "graph"  # their folders
+PACK, RUN = "links.npz", "run"  # of the recordings: a pack of links, and the folder of a raw run
+
+
+def example_data() -> Path:
+    """Folder of the data that ship with the package; they are read, not written.
+
+    Returns:
+        A folder with ``csi/links.npz``, ``csi/run`` and ``graph``.
+    """
+    return Path(__file__).parent / EXAMPLE
+
+
+def example_or_path(path: Path, folder: str) -> Path:
+    """What a path of a command stands for: ``example`` is a folder of ours, if nothing there is called so."""
+    return example_data() / folder if path == Path(EXAMPLE) and not path.exists() else path
