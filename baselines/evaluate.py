@@ -9,16 +9,17 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from baselines.evaluation import run_folder
-from baselines.evaluation.config import EvaluateConfig, command_of, parsed, plan_of
+from baselines.evaluation.config import EvaluateConfig, changed_sources, command_of, parsed, plan_of
 from baselines.evaluation.console_report import announce, report
 from baselines.evaluation.episodes import Episode, run_episode, run_episodes, trial_seed
 from baselines.evaluation.executors import Executor
 from baselines.evaluation.jobs import EpisodesFailedError, Task, missing, run_all
+from baselines.evaluation.paper_tables import check_tables, write_paper_tables
 from baselines.evaluation.pictures import draw, episodes_to_show
 from baselines.evaluation.plan import Plan
 from baselines.evaluation.statistics import Estimate, Paired, Summary, summarise
 from wifipgo.command.command_line import exit_code
-from wifipgo.command.terminal import Terminal
+from wifipgo.command.terminal import Terminal, say
 from wifipgo.files import results_folder
 from wifipgo.files.folder_lock import held
 
@@ -54,8 +55,11 @@ def evaluate(config: EvaluateConfig, *, console: Console | None = None) -> Summa
     console = console or Console(quiet=True)
     executor = config.where
     plan, out = plan_of(config), config.out.resolve()
+    check_tables(config.table, out, overwrite=config.overwrite)
     executor.check_script(plan.trials * len(plan.policies))
     record = plan.record() | {"command": command_of(config)}
+    for label in changed_sources(config.config, record):
+        say(console, f"warning: the source of {label} is another than when {config.config} was written")
     with held(out):
         there = run_folder.trials_there(out, record, overwrite=config.overwrite) if config.resume else 0
         if there < plan.trials:
@@ -69,8 +73,11 @@ def evaluate(config: EvaluateConfig, *, console: Console | None = None) -> Summa
             run_folder.clear_away(out, record)
             tables = run_folder.read_tables(out)
             summary = summarise(tables.episodes, plan)
+            run_folder.compare_anew(out, summary, record)
             if not all((out / name).is_file() for name in run_folder.PICTURES):
                 draw(out, plan, tables)
+        results_folder.note(out, [path.name for path in config.table if path.resolve().parent == out])
+        write_paper_tables(config.table, summary, plan)
     report(summary, plan, out=str(config.out), console=console)
     return summary
 
@@ -96,7 +103,7 @@ def _run_missing(left: Plan, partial: Path, *, plan: Plan, executor: Executor, c
         failures = run_all(tasks, executor=executor, on_done=lambda n: progress.advance(bar, n))
     if failures:
         (partial / "failures.txt").write_text("\n".join(f.trace for f in failures), encoding="utf-8")
-        raise EpisodesFailedError([failure.line for failure in failures], partial)
+        raise EpisodesFailedError([failure.line for failure in failures], partial, trace=failures[0].told)
 
 
 def _tasks(plan: Plan, partial: Path) -> list[Task]:

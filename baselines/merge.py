@@ -26,7 +26,7 @@ from wifipgo.files.folder_lock import held
 from wifipgo.scenarios import scenario_from
 
 # What may differ between the parts of one evaluation.
-_OF_A_PART = ("command", "trials", "trials_from")
+_OF_A_PART = ("command", "reference", "trials", "trials_from")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,7 +107,7 @@ def _plan(parts: Sequence[_Part]) -> Plan:
         trials=parts[-1].end - parts[0].first,
         seed=record["seed"],
         trials_from=parts[0].first,
-        against=record.get("against", ""),
+        against=record.get("reference", ""),
     )
 
 

@@ -13,6 +13,7 @@ from baselines.evaluation.episodes import Episode, OnTick, run_episode
 from baselines.film.config import WatchConfig, checked
 from baselines.film.reel import Reel, pictures_an_iteration, together
 from baselines.film.video import film
+from baselines.policies.registry import remarks
 from envs.render.config import RenderConfig
 from envs.render.scene import Scene
 from wifipgo.command.command_line import exit_code
@@ -42,6 +43,8 @@ def watch(config: WatchConfig, *, console: Console | None = None) -> list[Episod
     scenario, seed = checked(config), config.world_seed
     size = f"{scenario.n_robots} robots, {scenario.n_steps} iterations"
     say(console, f"{scenario.name}: {size}\n{config.caption}")
+    for remark in remarks(config.specs, scenario):
+        say(console, f"note: {remark}")
     episodes = []
     with ExitStack() as stack:
         eyes = [stack.enter_context(eye) for eye in _eyes(config, scenario)]
@@ -53,8 +56,8 @@ def watch(config: WatchConfig, *, console: Console | None = None) -> list[Episod
                     eye(tick, world)
             bar(tick, world)
 
-        for policy in config.played:
-            episodes.append(run_episode(scenario, policy, seed, on_tick=on_tick))
+        for spec in config.specs:
+            episodes.append(run_episode(scenario, str(spec), seed, label=spec.label, on_tick=on_tick))
     for policy, episode in zip(config.played, episodes, strict=True):
         _report(episode, policy if len(episodes) > 1 else "", console)
     for path in (config.out, config.rerun):

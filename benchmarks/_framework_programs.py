@@ -90,7 +90,7 @@ print("agent-steps", 2 * 2 * 280)
 """
 _SKRL = """
 import runpy
-runpy.run_path("examples/08_train_with_skrl.py", run_name="__main__")
+runpy.run_path("examples/10_train_with_skrl.py", run_name="__main__")
 print("agent-steps", 2 * 8 * 32)
 """
 _RLLIB = """

@@ -14,6 +14,7 @@ from baselines.evaluation.episodes import run_episodes, trial_seed
 from baselines.policies import Policy
 from baselines.policies.learned.network import Network
 from baselines.policies.learned.policy import LearnedPolicy
+from baselines.policies.registry import specs_of
 from train._config import SelectionConfig
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import appearing
@@ -52,9 +53,9 @@ class Curve:
         """Play the scripted policies that the table does not have."""
         self._out, self._scenario, self._cfg = out, scenario, cfg
         self.table = pd.DataFrame(columns=list(_COLUMNS)) if table is None else table
-        for spec in cfg.policies:
-            if not (self.table["policy"] == spec).any():
-                self._add(0, spec, mapped_shares(spec, scenario, cfg))
+        for spec in specs_of(cfg.policies):
+            if not (self.table["policy"] == spec.label).any():
+                self._add(0, spec.label, mapped_shares(str(spec), scenario, cfg))
         if table is not None:
             self.write()
 

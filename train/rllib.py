@@ -13,6 +13,7 @@ import tyro
 from rich.console import Console
 
 from baselines.evaluation.command import exit_code
+from baselines.evaluation.config import play_command
 from baselines.evaluation.executors import cores
 from baselines.evaluation.ray_cluster import joined, load_ray
 from baselines.policies.learned.interfaces import make_interface
@@ -21,7 +22,6 @@ from train._rllib_algorithm import ROBOT, exported, make_algorithm
 from train._rllib_checkpoints import RllibCheckpoints, Saved
 from train._rllib_config import RllibConfig, changed_settings, check_runners, settings_of
 from train._run_folder import check_claim, claim
-from wifipgo.command.checkout import runnable
 from wifipgo.command.docstrings import documented
 from wifipgo.command.terminal import say
 from wifipgo.errors import require
@@ -55,8 +55,7 @@ def train(config: RllibConfig, *, console: Console | None = None) -> Network:
             check_runners(config.n_runners, int(ray.cluster_resources().get("CPU", 0)))
             _claim(config)
             network = _trained(config, scenario, start, console)
-    found = config.out / "policy.npz"
-    say(console, f"run it: {runnable('evaluate', '--policies', f'active,ppo:path={found}')}")
+    say(console, f"run it: {play_command(config.scenario, config.out)}")
     return network
 
 

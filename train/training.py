@@ -12,21 +12,22 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.vec_env import VecNormalize
 
+from baselines.evaluation.config import play_command
 from baselines.policies import make_policy
+from baselines.policies.registry import specs_of
 from train._callback import Between
 from train._checkpoints import TRAINING, Checkpoints, State, read_state, read_training
 from train._config import TrainConfig
 from train._config_files import changed_fields, command_of, record_of
 from train._dagger import imitate
 from train._export import exported
-from train._learning_curve import Curve, arrays_of_table, table_of
+from train._learning_curve import LEARNED, Curve, arrays_of_table, table_of
 from train._model_arrays import arrays_of, restore
 from train._rays_policy import RaysPolicy
 from train._rollouts import environments, scenarios_of
 from train._run_folder import claim
 from train._versions import versions
 from train._yaml import read_settings, written
-from wifipgo.command.checkout import runnable
 from wifipgo.command.terminal import say
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import write_json, write_text
@@ -127,8 +128,9 @@ class Run:
                 self._improve(progress)
         say(self._console, f"weights at the end: sha256 {digest(self.model)}")
         say(self._console, f"best mean mapped share on the worlds of the selection: {self.best:.3f}")
-        best = self.checkpoints.path("best") / "policy.npz"
-        say(self._console, f"run it: {runnable('evaluate', '--policies', f'active,ppo:path={best}')}")
+        self.checkpoints.path("best")
+        envs = self.config.envs
+        say(self._console, f"run it: {play_command(envs.scenario, self.config.out, envs.overrides)}")
 
     def evaluated(self, updates: int) -> float:
         """Score of the model as it is; saves it, as the best if it is."""
@@ -215,6 +217,8 @@ def _check(config: TrainConfig, scenario: Scenario) -> None:
     Raises:
         ValueError: A scripted policy that does not exist, or batches that do not divide what is collected.
     """
+    labels = [spec.label for spec in specs_of(config.selection.policies)]
+    require(LEARNED not in labels, "selection.policies", f"named other than {LEARNED!r}", labels)
     for spec in (*config.selection.policies, config.imitation.policy):
         if spec:
             make_policy(spec, scenario)

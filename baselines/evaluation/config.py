@@ -1,17 +1,18 @@
 """The command line of the evaluation, and the plan that it asks for."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 
 from baselines.evaluation.executors import Executor
 from baselines.evaluation.plan import Plan, read_record
 from baselines.policies.registry import specs_of
+from baselines.policies.specs import learned_at
 from wifipgo.coerce import settings
-from wifipgo.command.checkout import recorded
+from wifipgo.command.checkout import recorded, runnable
 from wifipgo.command.docstrings import documented
 from wifipgo.command.overrides import Overrides, joined
 from wifipgo.scenarios import Scenario, scenario_from, scenario_named
@@ -47,7 +48,11 @@ class EvaluateConfig:
             wifipgo merge joins the results to those of one run.
         overrides: Other values for fields of the scenario: --set n_obstacles=4 size_m=30.
         out: Folder of the results. It appears when all is done; until then see OUT.partial.
-        overwrite: Replace results that are there, once the new ones are complete.
+        reference: Policy, by its name in the tables, that the others are compared with on the same trials;
+            without one active, or the first.
+        table: Table for a paper, out.csv, out.md or out.tex, as often as one likes: means, intervals and
+            the comparison, the best in bold.
+        overwrite: Replace results and tables that are there, once the new ones are complete.
         resume: Continue an interrupted run with the same settings; with more --trials, also a finished one.
         jobs: Batches at once; 0: as many as there are cores. Results do not depend on it.
         worlds: Most worlds that a job plays at once; 0: 64, fewer where teams are large (400 robots in all).
@@ -66,6 +71,8 @@ class EvaluateConfig:
     trials_from: int = 0
     overrides: Overrides = ()
     out: Path = Path("results/evaluate")
+    reference: str = ""
+    table: tuple[Path, ...] = ()
     overwrite: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     resume: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     jobs: int = 0
@@ -94,16 +101,26 @@ def plan_of(config: EvaluateConfig) -> Plan:
         trials=config.trials,
         seed=config.seed,
         trials_from=config.trials_from,
+        against=config.reference,
     )
 
 
 def command_of(config: EvaluateConfig) -> str:
     """Command line that runs a configuration again."""
-    options = {"policies": config.policies, "trials": config.trials, "seed": config.seed}
+    policies = ",".join(spec.labelled for spec in specs_of(config.policies))
+    options = {"policies": policies, "trials": config.trials, "seed": config.seed}
     options |= {"trials-from": config.trials_from} if config.trials_from else {}
+    options |= {"reference": config.reference} if config.reference else {}
     words = [word for key, value in options.items() for word in (f"--{key}", str(value))]
     changes = ["--set", *config.overrides] if config.overrides else []
     return recorded("evaluate", *_origin(config), *words, *changes, "--out", str(config.out))
+
+
+def play_command(scenario: str, run: Path, overrides: Sequence[str] = ()) -> str:
+    """Command line that plays what a training left, beside the paper's policy, on what it was trained on."""
+    changes = ["--set", *overrides] if overrides else []
+    policies = f"active,{learned_at(str(run))}"
+    return runnable("evaluate", "--scenario", scenario, "--policies", policies, *changes)
 
 
 def _origin(config: EvaluateConfig) -> list[str]:
@@ -134,9 +151,18 @@ def parsed(args: Sequence[str] | None = None) -> EvaluateConfig:
         trials=saved["trials"],
         seed=saved["seed"],
         trials_from=saved.get("trials_from", 0),
+        reference=saved.get("reference", ""),
     )
     return _cli(args, default)
 
 
+def changed_sources(saved: Path | None, record: Mapping[str, Any]) -> list[str]:
+    """Labels of policies whose source is another than in a saved record."""
+    there = read_record(saved).get("sources", {}) if saved else {}
+    now = record.get("sources", {})
+    return [label for label in there if label in now and there[label] != now[label]]
+
+
 def _cli(args: Sequence[str] | None, default: EvaluateConfig) -> EvaluateConfig:
-    return tyro.cli(documented(EvaluateConfig), prog="wifipgo evaluate", args=joined(args), default=default)
+    words = joined(args, ("--set", "--table"))
+    return tyro.cli(documented(EvaluateConfig), prog="wifipgo evaluate", args=words, default=default)

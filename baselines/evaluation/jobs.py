@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Protocol
 from baselines.evaluation.batches import Batch, batched
 from baselines.evaluation.episodes import Episode, run_episodes
 from baselines.evaluation.executors import Executor, Work
+from baselines.policies.own_errors import OwnPolicyError
 from wifipgo.command.command_line import say
 from wifipgo.errors import BadInputError, DoubtfulError
 from wifipgo.files.atomic_files import read_sealed
@@ -83,6 +84,12 @@ class Failure(NamedTuple):
         return f"{self.label}: {type(self.problem).__name__}: {why[0]}"
 
     @property
+    def told(self) -> str:
+        """Traceback of a policy of the user's own, if that is what raised."""
+        own = isinstance(self.problem, OwnPolicyError)
+        return "\n".join(str(self.problem).splitlines()[1:]) if own else ""
+
+    @property
     def trace(self) -> str:
         """All that Python says about it, the worker's own trace included."""
         return "".join(traceback.format_exception(self.problem))
@@ -91,10 +98,11 @@ class Failure(NamedTuple):
 class EpisodesFailedError(DoubtfulError):
     """Some episodes raised; the others are kept."""
 
-    def __init__(self, lines: Sequence[str], partial: Path) -> None:
-        """Name the first few episodes and say how to go on."""
+    def __init__(self, lines: Sequence[str], partial: Path, *, trace: str = "") -> None:
+        """Name the first few episodes, show a traceback of the first, if any, and say how to go on."""
         shown = [f"failed: {line}" for line in lines[:3]]
         shown += [f"and {len(lines) - 3} more"] if len(lines) > 3 else []
+        shown += [trace] if trace else []
         hint = f"traces: {partial / 'failures.txt'}; the others are kept: --resume runs what is missing"
         super().__init__("\n".join([*shown, hint]))
 

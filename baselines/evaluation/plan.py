@@ -14,7 +14,7 @@ from typing import Any
 from baselines.evaluation.drivers import try_policy
 from baselines.evaluation.episodes import trial_seed
 from baselines.policies import make_policy
-from baselines.policies.registry import source_digest
+from baselines.policies.registry import remarks, source_digest
 from baselines.policies.specs import Spec
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.errors import BadInputError, pick, require
@@ -22,7 +22,8 @@ from wifipgo.files.text_files import read_json
 from wifipgo.scenarios import SCENARIOS, Scenario
 
 _RECORD: Mapping[str, type] = {"scenario": dict, "policies": list, "trials": int, "seed": int}
-_OPTIONAL = ("against", "sources")  # stand in a record only if there are any
+_ENOUGH = 10  # trials from which a bootstrap interval is one
+_OPTIONAL = ("reference", "sources")  # stand in a record only if there are any
 _PACKAGES = ("wifipgo", "numpy", "gtsam", "pymunk", "pettingzoo")
 
 
@@ -69,9 +70,7 @@ class Plan:
     @property
     def remarks(self) -> list[str]:
         """What is to be said of the policies before they play: those that were trained on something else."""
-        made = {s.label: make_policy(str(s), self.scenario, label=s.label) for s in self.specs}
-        said = {label: getattr(policy, "remark", "") for label, policy in made.items()}
-        return [f"{label} {remark}" for label, remark in said.items() if remark]
+        return remarks(self.specs, self.scenario)
 
     @property
     def title(self) -> str:
@@ -94,6 +93,12 @@ class Plan:
         return replace(self, trials=self.trials - trials, trials_from=self.trials_from + trials)
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """Why the results are to be taken with care."""
+        few = f"{self.trials_in_words}: with fewer than {_ENOUGH}, intervals are too narrow to be relied on"
+        return (few,) if self.trials < _ENOUGH else ()
+
+    @property
     def trials_in_words(self) -> str:
         """For titles."""
         return f"{self.trials} trial{'s' if self.trials > 1 else ''}"
@@ -106,6 +111,7 @@ class Plan:
     def record(self) -> dict[str, Any]:
         """All that decides the results, as plain JSON values."""
         values = asdict(self) | {"versions": versions()}
+        values["reference"] = values.pop("against")
         values["policies"] = [spec.labelled for spec in values.pop("specs")]
         digests = {spec.label: source_digest(spec) for spec in self.specs}
         values["sources"] = {label: digest for label, digest in digests.items() if digest}

@@ -25,6 +25,7 @@ PICTURES = ("score.png", "err.png", "arena.png")
 MEDIAN = "median-trial"
 FILES = ("episodes.parquet", "steps.parquet", "summary.json", "config.json")
 KIND = "evaluate"
+_NOT_PLAYED = ("command", "reference")  # in a record, and no matter to episodes
 
 
 class Tables(NamedTuple):
@@ -110,7 +111,7 @@ def refuse_other(saved: Path, record: Mapping[str, Any], rule: str) -> None:
 
 
 def _differing(saved: Path, record: Mapping[str, Any]) -> Iterable[tuple[str, Any, Any]]:
-    there, here = ({k: v for k, v in r.items() if k != "command"} for r in (read_record(saved), record))
+    there, here = ({k: v for k, v in r.items() if k not in _NOT_PLAYED} for r in (read_record(saved), record))
     return differences(there, here)
 
 
@@ -162,6 +163,13 @@ def joined(parts: Sequence[Tables], policies: Sequence[str]) -> Tables:
 def _in_order(frames: Sequence[pd.DataFrame], policies: Sequence[str]) -> pd.DataFrame:
     whole = pd.concat(frames, ignore_index=True)
     return pd.concat([whole[whole["policy"] == policy] for policy in policies], ignore_index=True)
+
+
+def compare_anew(out: Path, summary: Summary, record: Mapping[str, Any]) -> None:
+    """Rewrite what finished results say of a comparison, if another is asked for now."""
+    if read_record(out / "config.json").get("reference", "") != record.get("reference", ""):
+        write_json(out / "summary.json", asdict(summary))
+        write_json(out / "config.json", record)
 
 
 def write_tables(folder: Path, tables: Tables, summary: Summary, record: Mapping[str, Any]) -> None:

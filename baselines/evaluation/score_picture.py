@@ -7,7 +7,6 @@ from wifipgo.command.figures import Axes, Figure
 import matplotlib as mpl
 import numpy as np
 
-from baselines.evaluation.console_report import shown
 from baselines.evaluation.plan import Plan
 from baselines.evaluation.plots import (
     STYLE,
@@ -19,6 +18,7 @@ from baselines.evaluation.plots import (
     row_heights_in,
     title_of,
 )
+from baselines.evaluation.rows import shown
 from baselines.evaluation.run_folder import Tables
 from baselines.evaluation.statistics import bootstrap
 from wifipgo.world.coverage import TOLERANCE_M

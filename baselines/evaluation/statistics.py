@@ -77,6 +77,7 @@ class Summary:
         units: Unit of each figure.
         policies: Mean of each figure, by policy.
         paired: Every other policy against the reference.
+        warnings: Why the numbers are to be taken with care.
     """
 
     scenario: str
@@ -87,6 +88,7 @@ class Summary:
     units: Mapping[str, str]
     policies: Mapping[str, Mapping[str, Estimate]]
     paired: Mapping[str, Paired]
+    warnings: tuple[str, ...] = ()
 
 
 def summarise(episodes: pd.DataFrame, plan: Plan) -> Summary:
@@ -102,6 +104,7 @@ def summarise(episodes: pd.DataFrame, plan: Plan) -> Summary:
         units=FIGURES,
         policies={p: {f: mean_of(rows[f].to_numpy(float)) for f in FIGURES} for p, rows in samples.items()},
         paired={p: _paired(rows, reference) for p, rows in samples.items() if p != plan.reference},
+        warnings=plan.warnings,
     )
 
 

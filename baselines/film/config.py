@@ -9,15 +9,18 @@ from typing import Annotated
 import tyro
 
 from baselines.evaluation.config import SCENARIO
+from baselines.evaluation.drivers import try_policy
 from baselines.evaluation.episodes import trial_seed
-from baselines.film.video import KINDS, check_target
-from baselines.policies import POLICIES, make_policy
-from baselines.policies.specs import split_list
+from baselines.film.video import KINDS
+from baselines.policies import make_policy
+from baselines.policies.registry import specs_of
+from baselines.policies.specs import Spec
 from envs.render.config import DEFAULT_HEIGHT_PX, RenderConfig
 from wifipgo.coerce import settings
 from wifipgo.command.extras import find_extra
 from wifipgo.command.overrides import Overrides
 from wifipgo.errors import require
+from wifipgo.files.targets import check_target
 from wifipgo.scenarios import Scenario, scenario_named
 
 _RECORDINGS: Mapping[str, str] = MappingProxyType({".rrd": "for the Rerun viewer"})
@@ -74,9 +77,14 @@ class WatchConfig:
         return self.seed if self.trial is None else trial_seed(self.seed, self.trial)
 
     @property
-    def played(self) -> tuple[str, ...]:
+    def specs(self) -> tuple[Spec, ...]:
         """All that is played."""
-        return split_list(self.policies, POLICIES) or (self.policy,)
+        return specs_of(self.policies or [self.policy])
+
+    @property
+    def played(self) -> tuple[str, ...]:
+        """Labels of all that is played."""
+        return tuple(spec.label for spec in self.specs)
 
     @property
     def caption(self) -> str:
@@ -97,8 +105,10 @@ def checked(config: WatchConfig) -> Scenario:
     given = config.scenario
     scenario = given if isinstance(given, Scenario) else scenario_named(given)
     scenario = scenario.with_overrides(**settings(config.overrides))
-    for policy in config.played:
-        make_policy(policy, scenario)
+    for spec in config.specs:
+        driver = make_policy(str(spec), scenario, label=spec.label)
+        if spec.where:
+            try_policy(scenario, driver, config.world_seed)
     if config.out is not None:
         check_target("out", config.out, KINDS, overwrite=config.overwrite)
         find_extra("a film", "video", "pygame", "imageio", "imageio_ffmpeg")

@@ -1,7 +1,6 @@
 """Films and stills on disk: there whole or not at all."""
 
 import errno
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -11,29 +10,11 @@ import numpy as np
 from jaxtyping import UInt8
 
 from wifipgo.command.palette import screen_colours
-from wifipgo.errors import pick, require
 from wifipgo.files.atomic_files import appearing
 
 Frame = UInt8[np.ndarray, "height width 3"]
 Add = Callable[[np.ndarray], None]
 _HOLD_S = 2.0  # how long a film stays on its last picture
-
-
-def check_target(field: str, path: Path, kinds: Mapping[str, object], *, overwrite: bool) -> None:
-    """Refuse, before anything runs, a file that could not be written.
-
-    Raises:
-        ValueError: An unknown kind of file (the message lists those that exist), a folder that does not
-            exist, or a file that is there and may not be replaced.
-    """
-    pick(kinds, path.suffix.lower(), f"kind of file for {field}")
-    require(path.parent.is_dir(), field, "in a folder that exists", str(path))
-    require(not path.is_dir(), field, "a file", str(path))
-    require(overwrite or not path.exists(), field, "new (--overwrite replaces what is there)", str(path))
-    try:
-        tempfile.TemporaryFile(dir=path.parent).close()
-    except OSError as failure:
-        require(False, field, f"in a folder that takes files ({failure.strerror})", str(path))
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from wifipgo.errors import BadInputError
 
@@ -25,9 +26,18 @@ def told(what: str) -> Iterator[None]:
 
 
 def _message(what: str, problem: Exception) -> str:
-    """The sentence, and frames from the user's code on; the first is the one that calls it."""
-    frames = problem.__traceback__.tb_next if problem.__traceback__ else None
+    """The sentence, and frames from the user's code on."""
+    frames = problem.__traceback__
+    while frames is not None and _is_on_the_way(frames.tb_frame.f_code.co_filename):
+        frames = frames.tb_next
     trace = "".join(traceback.format_exception(type(problem), problem, frames)).rstrip()
     why = (str(problem).splitlines() or [""])[0]
     said = f"{type(problem).__name__}: {why}" if why else type(problem).__name__
-    return f"{what} raised {said}\n{trace}"
+    last = traceback.extract_tb(frames)[-1:]
+    place = "".join(f" ({Path(frame.filename).name}, line {frame.lineno})" for frame in last)
+    return f"{what} raised {said}{place}\n{trace}"
+
+
+def _is_on_the_way(file: str) -> bool:
+    """Whether a frame is ours, or Python's own that loads modules."""
+    return Path(file).parent == Path(__file__).parent or "importlib" in file

@@ -88,6 +88,13 @@ def recorded_specs(texts: Sequence[str]) -> tuple[Spec, ...]:
     return tuple(spec._replace(label=spec.label or text) for text, spec in found)
 
 
+def remarks(specs: Sequence[Spec], scenario: Scenario) -> list[str]:
+    """What is to be said of policies before they play: those that were trained on something else."""
+    made = {spec.label: make_policy(str(spec), scenario, label=spec.label) for spec in specs}
+    said = {label: getattr(policy, "remark", "") for label, policy in made.items()}
+    return [f"{label} {remark}" for label, remark in said.items() if remark]
+
+
 def source_digest(spec: Spec) -> str:
     """Digest of what a policy is made of beyond this package: its code or its network; empty if it is ours.
 

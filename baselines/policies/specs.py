@@ -136,6 +136,11 @@ def placed(spec: Spec) -> Spec:
     return spec._replace(where=where, pairs=tuple(map(_placed_pair, spec.pairs)))
 
 
+def learned_at(path: str) -> Spec:
+    """The trained policy of a file or of the folder of a run."""
+    return Spec("", "", "ppo", (_path_pair(_absolute(path)),))
+
+
 def _placed_pair(pair: str) -> str:
     key, _, value = (part.strip() for part in pair.partition("="))
     return _path_pair(_absolute(_bare(value))) if key == _PATH and value else pair

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from baselines.evaluation.console_report import shown
 from baselines.evaluation.intervals import Estimate
+from baselines.evaluation.rows import shown
 from baselines.reproduce._claims import BESIDE, HEADLINE, SENSITIVITY
 from baselines.reproduce._figures import NOT_REDONE
 

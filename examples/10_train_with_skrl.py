@@ -1,6 +1,6 @@
 """skrl: independent PPO, a policy for each robot, on many worlds behind Isaac Lab's interface.
 
-Needs ``skrl``. Run: python examples/08_train_with_skrl.py
+Needs ``skrl``. Run: python examples/10_train_with_skrl.py
 """
 
 from dataclasses import fields
