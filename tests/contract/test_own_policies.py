@@ -238,7 +238,7 @@ def test_a_policy_of_ones_own_is_watched(own: Path, tmp_path: Path) -> None:
     config = WatchConfig(policy=f"mine={spec(own, 'Plain')}", overrides=SHORT, out=tmp_path / "a.png")
     assert config.caption == "mine, seed 0"
     pytest.importorskip("pygame")
-    assert watch(config).policy == "mine"
+    assert [episode.policy for episode in watch(config)] == ["mine"]
 
 
 def run_folder(tmp_path: Path) -> Path:
