@@ -85,12 +85,18 @@ class GraphFileError(TextFileError):
 
 
 def nearest(name: object, known: Iterable[str]) -> str:
-    """The known name that was probably meant; empty if none is near."""
-    from difflib import get_close_matches  # noqa: PLC0415 (only who mistypes waits for it)
+    """The known name that was probably meant; empty if none is near, or two as near as each other."""
+    from difflib import SequenceMatcher  # noqa: PLC0415 (only who mistypes waits for it)
 
-    plain = {each.casefold(): each for each in known}
-    near = get_close_matches(str(name)[:_LONGEST_NAME].casefold(), plain, n=1, cutoff=_NEAR)
-    return plain[near[0]] if near else ""
+    if not isinstance(name, str):
+        return ""
+    matcher = SequenceMatcher(b=name[:_LONGEST_NAME].casefold())
+    shares = {}
+    for each in known:
+        matcher.set_seq1(each[:_LONGEST_NAME].casefold())
+        shares[each] = matcher.ratio()
+    best = [each for each, share in shares.items() if share == max(shares.values()) and share >= _NEAR]
+    return best[0] if len(best) == 1 else ""
 
 
 def pick(table: Mapping[str, T], name: object, kind: str) -> T:
