@@ -13,7 +13,7 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from wifipgo.command.figures import Figure, drawing
 
@@ -77,7 +77,7 @@ def draw(path: Path, profile: np.ndarray, found: aoa.Directions) -> None:
     """The map, and what is seen from above: elevation 0 beside the highest over elevation."""
     azimuths_rad = aoa.azimuth_grid(profile.shape[2])
     with mpl.rc_context({"font.size": 9}):
-        figure = Figure(figsize=(9.0, 3.6), dpi=100, layout="constrained")
+        figure = Figure(figsize=(9.0, 3.9), dpi=100, layout="constrained")
         left, right = figure.add_subplot(1, 2, 1), figure.add_subplot(1, 2, 2, projection="polar")
         image = left.imshow(
             profile[0], origin="lower", aspect="auto", extent=(-180.0, 180.0, 0.0, 90.0), cmap="cividis"
@@ -87,19 +87,22 @@ def draw(path: Path, profile: np.ndarray, found: aoa.Directions) -> None:
         )
         left.plot(
             *np.rad2deg([found.azimuth_rad[0, :1], found.elevation_rad[0, :1]]),
-            "wo",
+            "ko",
             mfc="none",
             ms=9,
             label="top peak",
         )
         left.set(xlabel="azimuth (°)", ylabel="elevation (°)", xticks=range(-180, 181, 60))
-        left.legend(loc="upper left", fontsize=8)
         figure.colorbar(image, ax=left, label="share of power")
         right.plot(azimuths_rad, profile[0].max(axis=0), color=BLUE, label="highest over elevation")
         right.plot(azimuths_rad, profile[0, 0], color=VERMILION, lw=1.0, label="elevation 0")
         right.vlines(AZIMUTH_RAD[:1], 0.0, 1.0, color="r", ls=":", label="direct path")
-        right.legend(loc="lower left", bbox_to_anchor=(1.0, 0.85), fontsize=8, frameon=False)
-        right.tick_params(labelsize=7)
+        right.set_yticks([0.5, 1.0])
+        right.set(rlabel_position=np.rad2deg(AZIMUTH_RAD[0]) + 180.0)  # where the profile is low
+        right.tick_params(labelsize=8)
+        style: Any = {"ncols": 3, "fontsize": 8, "frameon": False}
+        figure.legend(*left.get_legend_handles_labels(), loc="outside lower left", **style)
+        figure.legend(*right.get_legend_handles_labels(), loc="outside lower right", **style)
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path)
 

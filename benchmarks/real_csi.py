@@ -221,7 +221,7 @@ def _text(interval: list[float] | None) -> str:
 
 def save_picture(rows: Sequence[Row], out: np.ndarray, path: Path) -> None:
     """Errors per link, ours against the toolbox's, and mean error against the share rejected."""
-    figure = Figure(figsize=(10.5, 4.6), layout="constrained")
+    figure = Figure(figsize=(10.5, 5.2), layout="constrained")
     left, right = figure.subplots(1, 2)
     place = np.arange(len(rows))
     ours, toolbox = np.maximum([[row.error_deg, row.toolbox_error_deg] for row in rows], 0.1).T
@@ -229,21 +229,35 @@ def save_picture(rows: Sequence[Row], out: np.ndarray, path: Path) -> None:
     left.plot(place, toolbox, "x", color=TOOLBOX, label="toolbox")
     left.plot(place[~out], ours[~out], "o", color=OURS, label="ours")
     left.plot(place[out], ours[out], "o", markerfacecolor="white", color=REJECTED, label="ours, rejected")
-    new_set = [k for k in range(len(rows)) if k == 0 or rows[k].set_name != rows[k - 1].set_name]
-    left.set(yscale="log", ylabel="|error|, degrees", title="every link")
-    left.set_xticks(new_set, [rows[k].set_name for k in new_set], ha="left")
-    left.legend(frameon=False, fontsize=9)
+    _name_sets(left, [row.set_name for row in rows])
+    left.set(yscale="log", ylabel="|error| of the bearing (deg), at least 0.1", title="every link")
+    left.legend(**_BELOW, ncols=3)
     for group, color in (("line of sight", OURS), ("beyond sight", REJECTED)):
         _draw_rejection(right, [row for row in rows if row.sight == group], group, color)
-    right.set(
-        xlabel="share rejected", ylabel="mean |error| of the rest, degrees", title="error and rejection"
-    )
+    right.set(xlabel="share of links rejected, the least confident first", title="error and rejection")
+    right.set_ylabel("mean |error| of the other links (deg)")
     right.set_ylim(bottom=0.0)
-    right.legend(frameon=False, fontsize=9)
+    right.legend(**_BELOW, ncols=2)
     for axes in (left, right):
         axes.spines[["top", "right"]].set_visible(False)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=100)
+
+
+_BELOW: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.19), "frameon": False, "fontsize": 9}
+
+
+def _name_sets(axes: Axes, names: Sequence[str]) -> None:
+    """Part the links of each set from the next, and name it under its middle."""
+    begins = [k for k in range(len(names)) if k == 0 or names[k] != names[k - 1]]
+    ends = [*begins[1:], len(names)]
+    for begin in begins[1:]:
+        axes.axvline(begin - 0.5, color=FRAME, lw=1.0)
+    middles = [0.5 * (begin + end - 1) for begin, end in zip(begins, ends, strict=True)]
+    labels = [f"{names[begin]}\n{end - begin} links" for begin, end in zip(begins, ends, strict=True)]
+    axes.set_xticks(middles, labels)
+    axes.tick_params(axis="x", length=0)
+    axes.set_xlabel("link, by set of recordings")
 
 
 def _draw_rejection(axes: Axes, rows: Sequence[Row], group: str, color: str) -> None:

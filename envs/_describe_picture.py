@@ -16,7 +16,6 @@ from wifipgo.command.palette import ROBOTS
 from wifipgo.files.atomic_files import appearing
 from wifipgo.world.polygons import area_m2, convex_parts
 
-# Okabe and Ito's palette, which colour-blind readers tell apart.
 _MANY = 8  # robots from which names are left out and lines are thin
 
 
@@ -33,13 +32,23 @@ def draw_room(path: Path, env: RendezvousEnv, *, seed: int) -> None:
         _draw_robot(axes, env, k, start)
     axes.set_title(f"{scenario.name}: {scenario.n_robots} robots, world of seed {seed}", loc="left")
     axes.spines[["top", "right"]].set_visible(False)
-    margin_m = 0.04 * scenario.arena.size_m
-    low, high = -margin_m, scenario.arena.size_m + margin_m
+    low, high = _limits_m(env)
     axes.set(xlim=(low, high), ylim=(low, high), xlabel="x (m)", ylabel="y (m)", aspect="equal")
     figure.legend(handles=_key(env), loc="outside lower center", ncols=3, frameon=False)
     path.parent.mkdir(parents=True, exist_ok=True)
     with appearing(path) as unfinished:
         figure.savefig(unfinished, format="png")
+
+
+def _limits_m(env: RendezvousEnv) -> tuple[float, float]:
+    """Limits of both axes that hold the room and every circle."""
+    size_m, starts = env.scenario.arena.size_m, np.asarray(env.world.layout.starts)
+    steps_m = env.scenario.arena.steps_m(env.scenario.n_robots)
+    reach_m = np.maximum(steps_m, env.scenario.sensing.sensor_range_m)[:, None]
+    margin_m = 0.04 * size_m
+    low = min(0.0, float((starts[:, :2] - reach_m).min()))
+    high = max(size_m, float((starts[:, :2] + reach_m).max()))
+    return low - margin_m, high + margin_m
 
 
 def _draw_walls(axes: Axes, env: RendezvousEnv) -> None:

@@ -3,7 +3,8 @@
 Writes ``profile.png``. Run: python examples/00_profile.py
 """
 
-import matplotlib.pyplot as plt
+from wifipgo.command.figures import Figure
+
 import numpy as np
 
 from wifipgo.radio import aoa
@@ -45,9 +46,12 @@ peaks = aoa.find_peaks(profile, n_peaks=2)
 truth = np.rad2deg(np.arctan2(*(sender_m - receiver_m)[0, ::-1]) - yaw_rad[0])
 print(f"truth {truth % 360:.1f} deg, peaks {np.rad2deg(peaks.azimuth_rad[0]) % 360} deg in the body frame")
 
-axes = plt.figure(figsize=(5, 5)).add_subplot(projection="polar")
-axes.plot(grid, profile[0], label="profile")
+figure = Figure(figsize=(5, 5.6), layout="constrained")
+# Radial labels where the profile is low.
+axes = figure.add_subplot(projection="polar", rlabel_position=truth + 180.0)
+axes.plot(grid, profile[0], label="profile: share of power")
 axes.axvline(np.deg2rad(truth), color="k", ls="--", label="truth")
+axes.set_yticks([0.1, 0.2, 0.3, 0.4])
 axes.set_title("Where the signal comes from, body frame")
-axes.legend(loc="lower right")
-plt.savefig("profile.png", dpi=120)
+figure.legend(loc="outside lower center", ncols=2)
+figure.savefig("profile.png", dpi=120)

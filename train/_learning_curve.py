@@ -1,6 +1,7 @@
 """How good a policy is while it is trained: mapped share on worlds kept apart, beside scripted policies."""
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 
 from wifipgo.command.figures import Figure, drawing
@@ -11,16 +12,19 @@ from jaxtyping import Float
 
 from baselines.evaluation.batches import worlds_at_once
 from baselines.evaluation.episodes import run_episodes, trial_seed
+from baselines.evaluation.plots import wrapped
 from baselines.policies import Policy
 from baselines.policies.learned.network import Network
 from baselines.policies.learned.policy import LearnedPolicy
 from baselines.policies.registry import specs_of
 from train._config import SelectionConfig
+from wifipgo.command.palette import BLUE, SERIES
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import appearing
 from wifipgo.scenarios import Scenario
 
 LEARNED = "learned"
+_DASHES = ((0, (5, 1.5)), (0, (1.5, 1)), "-.")
 _CURVE = "curve/"
 _COLUMNS = ("agent_steps", "policy", "trial", "seed", "mapped_share")
 
@@ -107,18 +111,24 @@ def table_of(arrays: Mapping[str, np.ndarray], cfg: SelectionConfig, *, where: s
 
 def drawn(table: pd.DataFrame, title: str) -> Figure:
     """Mean of the learned policy with its 95 % interval (normal), and the scripted ones as lines."""
-    figure = Figure(figsize=(7.0, 4.0), layout="constrained")
+    figure = Figure(figsize=(7.4, 4.0), layout="constrained")
     axes = figure.subplots()
     mine = table[table["policy"] == LEARNED].groupby("agent_steps")["mapped_share"]
-    mean = mine.mean()
-    wide = 1.96 * mine.std(ddof=1).fillna(0.0).to_numpy(float) / np.sqrt(mine.count().to_numpy(float))
-    x = mean.index.to_numpy(float) / 1_000.0
-    (line,) = axes.plot(x, mean, marker="o", markersize=3, label=LEARNED, zorder=3)
-    axes.fill_between(x, mean - wide, mean + wide, color=line.get_color(), alpha=0.2, linewidth=0)
-    for k, (policy, rows) in enumerate(table[table["policy"] != LEARNED].groupby("policy", sort=False)):
-        axes.axhline(rows["mapped_share"].mean(), color=f"C{k + 1}", linestyle="--", label=str(policy))
-    axes.set(xlabel="agent-steps (thousands)", ylabel="mapped share", title=title)
+    mean, n = mine.mean(), mine.count().to_numpy(float)
+    wide = 1.96 * mine.std(ddof=1).fillna(0.0).to_numpy(float) / np.sqrt(n)
+    x, n_trials = mean.index.to_numpy(float) / 1_000.0, int(table["trial"].max()) + 1
+    axes.fill_between(x, mean - wide, mean + wide, color=BLUE, alpha=0.2, lw=0, label="95 % of its mean")
+    axes.plot(x, mean, color=BLUE, marker="o", ms=3, label=LEARNED, zorder=3)
+    others = table[table["policy"] != LEARNED].groupby("policy", sort=False)["mapped_share"].mean()
+    for colour, dashes, (policy, share) in zip(
+        cycle(SERIES[1:]), cycle(_DASHES), others.items(), strict=False
+    ):
+        label = f"{wrapped(str(policy), 24)}: {share:.2f}"
+        axes.axhline(share, color=colour, ls=dashes, label=label)
+    axes.set(xlabel="agent-steps (thousands)", ylabel="score: mapped share of the floor")
+    axes.set_title(f"{title}, mean of {n_trials} worlds kept apart", loc="left")
     axes.set_ylim(0.0, 1.0)
-    axes.legend(loc="lower right")
+    axes.spines[["top", "right"]].set_visible(False)
     axes.grid(alpha=0.3)
+    figure.legend(loc="outside right upper", frameon=False)
     return figure

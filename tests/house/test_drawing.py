@@ -7,7 +7,7 @@ from support.project_files import FLOORS, python_files, syntax
 
 PROJECT = {
     name: path
-    for name, path in python_files(*FLOORS, "benchmarks").items()
+    for name, path in python_files(*FLOORS, "benchmarks", "examples").items()
     if name != "wifipgo/command/figures.py"  # the one that loads it
 }
 

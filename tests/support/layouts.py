@@ -1,6 +1,7 @@
 """Whether a figure can be read: its texts lie in it, and none covers another or is covered by a legend."""
 
 from collections.abc import Iterator, Sequence
+from io import BytesIO
 from itertools import combinations
 from typing import Any
 
@@ -13,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
+from PIL import Image
 
 SLACK_PX = 1.5
 
@@ -61,7 +63,13 @@ def assert_readable(figure: Figure) -> None:
 
 def _covered(axes: Axes, box: Bbox) -> bool:
     """Whether a curve of the axes runs through a box."""
-    paths = [line.get_transform().transform_path(line.get_path()) for line in axes.lines]
+    drawn: list[Any] = [line for line in axes.lines if line.get_linestyle() != "None"]
+    marked: list[Any] = [line for line in axes.lines if line.get_marker() not in ("None", "", None)]
+    for line in marked:
+        places = line.get_transform().transform(np.column_stack(line.get_data()).astype(float))
+        if any(box.contains(x, y) for x, y in places):
+            return True
+    paths = [line.get_transform().transform_path(line.get_path()) for line in drawn]
     bands: list[Any] = [each for each in axes.collections if isinstance(each, PolyCollection)]
     paths += [each.get_transform().transform_path(path) for each in bands for path in each.get_paths()]
     return any(
@@ -72,7 +80,13 @@ def _covered(axes: Axes, box: Bbox) -> bool:
 def saved_figures(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
     """Take figures, instead of files, from whoever saves some in this test."""
     figures: list[Figure] = []
-    monkeypatch.setattr(Figure, "savefig", lambda self, *_, **__: figures.append(self))
+
+    def take(self: Figure, target: object, **_: object) -> None:
+        figures.append(self)
+        if isinstance(target, BytesIO):
+            Image.new("RGB", (1, 1)).save(target, format="PNG")
+
+    monkeypatch.setattr(Figure, "savefig", take)
     return figures
 
 

@@ -7,6 +7,7 @@ from wifipgo.command.figures import Axes, Figure
 import numpy as np
 from jaxtyping import Bool, Float
 from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
 from wifipgo.command.palette import REJECTED, ROBOTS
@@ -28,7 +29,19 @@ def draw(
         axes.set(title=name, xlabel="x (m)", aspect="equal")
         axes.spines[["top", "right"]].set_visible(False)
     panels[0].set_ylabel("y (m)")
+    figure.legend(handles=_key(graph, weight < 0.5), loc="outside lower center", ncols=3, frameon=False)
     figure.savefig(path)
+
+
+def _key(graph: PoseGraph, rejected: Bool[np.ndarray, " edges"]) -> list[Line2D]:
+    """What is there."""
+    own = "poses and own measurements of a robot: a colour and its number"
+    marks = [Line2D([], [], color=ROBOTS[0], marker="o", ms=4, lw=0.9, label=own)]
+    if graph.between_robots.any():
+        marks.append(Line2D([], [], color="0.7", lw=0.9, label="between robots"))
+    if rejected.any():
+        marks.append(Line2D([], [], color=REJECTED, lw=0.9, label="weighed below a half"))
+    return marks
 
 
 def _panel(

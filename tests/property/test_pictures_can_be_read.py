@@ -1,0 +1,106 @@
+"""Pictures of figures, benchmarks, rooms and trainings: texts fit, and no legend hides a curve."""
+
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from support.layouts import assert_readable, saved_figures
+
+from baselines.reproduce import _draw, _draw_outliers
+from baselines.reproduce._outlier_trials import METHODS
+from baselines.reproduce.encounter_grid import ODOMETRY
+from benchmarks import outliers, real_csi
+from envs._describe_picture import draw_room
+from envs.rendezvous_v0 import RendezvousEnv
+from train._learning_curve import LEARNED, drawn
+from wifipgo.graph.outliers.aoa_weights import likelihood
+
+
+def test_figure_10(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Bearings within a degree, as where the signal is strong, and trials of which some are far off."""
+    saved, rng = saved_figures(monkeypatch), np.random.default_rng(0)
+    n, off_rad = 60, 0.3 * rng.standard_normal(60)
+    met = pd.DataFrame(
+        {
+            "aoa_error_rad": 0.01 * rng.standard_normal(n),
+            "pose_azimuth_error_rad": 0.3 * rng.standard_normal(n),
+            "off_rad": off_rad,
+            "weight": likelihood(np.abs(off_rad)),
+            "is_outlier": rng.random(n) < 0.3,
+        }
+    )
+    rows = product(METHODS, ("no", "random", "same", "gross"), (1.0, 4.0), ODOMETRY.values())
+    grid = pd.DataFrame(rows, columns=["method", "kind", "range_m", "odometry"]).assign(error=1.0)
+    _draw_outliers.draw(tmp_path / "fig10.png", rng.exponential(0.3, (20, len(METHODS))), met, grid)
+    assert_readable(saved[0])
+    numbers = {text.get_text() for axes in saved[0].axes for text in axes.texts}
+    assert numbers == {"0"}
+
+
+@pytest.mark.parametrize("value", [-0.4, -0.0, 0.3])
+def test_zero_has_no_sign(value: float) -> None:
+    assert _draw.whole(value) == "0"
+
+
+def test_outlier_methods() -> None:
+    rng = np.random.default_rng(1)
+    cells = outliers.grid(full=False)
+    rows = [
+        {
+            "kind": cell.kind if cell.n_outliers else "no",
+            "n_outliers": cell.n_outliers,
+            "range_m": cell.range_m,
+            "odometry": ODOMETRY[cell.odometry_scale],
+            "method": method,
+            "reduction": 100.0 * rng.uniform(-2.0, 1.0),
+            "half": 3.0,
+        }
+        for cell, method in product(cells, outliers.COLUMNS)
+    ]
+    figure = outliers.picture(
+        pd.DataFrame(rows), "Outlier methods: 456 cells, 200 paired trials each, seed 0"
+    )
+    assert_readable(figure)
+
+
+def test_learning_curve() -> None:
+    """The band is named, and a checkpoint beside the scripted policies leaves room for the curve."""
+    keys = [(10_000 * k, LEARNED) for k in range(8)]
+    keys += [(0, name) for name in ("active", "ppo:path=/home/someone/runs/a-long-name/checkpoints/best.npz")]
+    rows = [(at, name, t, 0.5 + 0.01 * t) for (at, name), t in product(keys, range(5))]
+    figure = drawn(
+        pd.DataFrame(rows, columns=["agent_steps", "policy", "trial", "mapped_share"]), "paper-sim-2"
+    )
+    assert_readable(figure)
+    assert figure.axes[0].get_position().width > 0.5
+    names = {text.get_text() for text in figure.legends[0].get_texts()}
+    assert {"95 % of its mean", LEARNED, "active: 0.52"} <= names
+
+
+def test_real_recordings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    saved, rng = saved_figures(monkeypatch), np.random.default_rng(2)
+    rows = [
+        real_csi.Row._make([name, "1", str(k), "tx1", 99, 0.0, 0.0, *rng.exponential(5.0, 5).tolist(), 0.5])
+        for name in ("LOS_Set_A", "NLOS_Set_A")
+        for k in range(15)
+    ]
+    real_csi.save_picture(rows, rng.random(30) < 0.1, tmp_path / "real_csi.png")
+    assert_readable(saved[0])
+    assert all(axes.get_xlabel() and axes.get_ylabel() for axes in saved[0].axes)
+
+
+def test_no_circle_of_a_room_is_cut(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A robot that starts at a wall sees farther than the wall."""
+    saved = saved_figures(monkeypatch)
+    env = RendezvousEnv("paper-hw-2", starts=[[0.4, 0.5, 0.0], [19.0, 19.5, 1.0]], sensor_range_m=4.0)
+    env.reset(seed=0)
+    draw_room(tmp_path / "room.png", env, seed=0)
+    assert_readable(saved[0])
+    (axes,) = saved[0].axes
+    low, high = axes.get_xlim()
+    for circle in axes.patches:
+        box = circle.get_extents().transformed(axes.transData.inverted())
+        assert low <= box.x0 <= box.x1 <= high
+        assert low <= box.y0 <= box.y1 <= high
