@@ -199,7 +199,7 @@ class Team(NamedTuple):
     radio: csi.RadioConfig
 
     @classmethod
-    def of(cls, n_worlds: int, n_robots: int, *, n_boxes: int = 0) -> "Team":
+    def of(cls, n_worlds: int, n_robots: int, *, n_boxes: int = 0, diffraction: bool = False) -> "Team":
         """At the density of 50 robots in 60 m, or of two in a room with other boxes in each world."""
         rng, rows = np.random.default_rng(n_robots), Rows(n_worlds, n_robots)
         size_m = SIZE_M if n_robots == 2 else 60.0 * (n_robots / 50.0) ** 0.5
@@ -211,9 +211,8 @@ class Team(NamedTuple):
         if n_boxes:
             p_m[:, 1] = rng.choice(LANES_M, len(rows))
         power_dbm = -12.0 if n_robots == 2 else -4.0
-        return cls(
-            p_m, rng.uniform(-3.0, 3.0, len(rows)), scenes, rows, csi.RadioConfig(tx_power_dbm=power_dbm)
-        )
+        radio = csi.RadioConfig(tx_power_dbm=power_dbm, diffraction=diffraction)
+        return cls(p_m, rng.uniform(-3.0, 3.0, len(rows)), scenes, rows, radio)
 
     def links(self) -> Links:
         """Of all pairs."""
@@ -230,8 +229,9 @@ class Team(NamedTuple):
 def batch_rows(seconds: float) -> list[Row]:
     """Links, CSI and profiles of two robots a world, for each world of a batch."""
     found = []
-    for n_boxes, n_worlds in itertools.product((0, 4), (1, 8, 64, 256)):
-        team, room = Team.of(n_worlds, 2, n_boxes=n_boxes), "boxes" if n_boxes else "walls"
+    kinds = {"walls": (0, False), "boxes": (4, False), "boxes and edges": (4, True)}
+    for (room, (n_boxes, edges)), n_worlds in itertools.product(kinds.items(), (1, 8, 64, 256)):
+        team = Team.of(n_worlds, 2, n_boxes=n_boxes, diffraction=edges)
         name = f"two robots, {room}, a world of {n_worlds}: links, CSI, profiles"
         (spent,) = timed({name: team.profiles}, 0.25 * seconds).values()
         found.append(_row(name, spent / n_worlds))

@@ -5,6 +5,7 @@ where they bend in `wifipgo.radio.propagation.edge_rays`, what they cross on the
 `wifipgo.radio.propagation.obstruction`. Spreading is that of free space in three dimensions.
 """
 
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -170,11 +171,12 @@ def _numbered(
     if len(links) == 1 and _is_dense(links[0], n_links):
         n_each = len(links[0]) // n_links
         return n_each, [every_ray(n_each, n_links)[1]]
-    link = np.concatenate(links)
+    link = links[0] if len(links) == 1 else np.concatenate(links)
     count, number = np.bincount(link, minlength=n_links), np.empty(len(link), dtype=np.int64)
     order = np.argsort(link, kind="stable")
     number[order] = np.arange(len(link)) - np.repeat(count.cumsum() - count, count)
-    numbers = np.split(number, np.cumsum([len(one) for one in links])[:-1])
+    ends = itertools.accumulate(map(len, links))
+    numbers = [number[end - len(one) : end] for one, end in zip(links, ends, strict=True)]
     return max(1, int(count.max(initial=0))), numbers
 
 
