@@ -4,6 +4,7 @@
 
 PYTHON ?= python3
 PYTEST_ARGS ?= -n auto --maxprocesses 8
+PYTHONS ?= 3.11 3.12 3.13 3.14
 ARGS ?=
 VENV := .venv
 BIN := $(VENV)/bin
@@ -20,13 +21,26 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help test lint format evaluate reproduce speed docs clean
+.PHONY: help test tests pythons wheel lint format evaluate reproduce speed docs clean
 
 help:  ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 test: lint  ## Lint, types, floors, then every test
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+tests: $(VENV)/.dev
+	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+pythons:  ## The fast tests on each Python 3.11 to 3.14 that is here, in .venv-3.11 and so on
+	@for version in $(PYTHONS); do \
+	  command -v python$$version >/dev/null || { echo "python$$version is not here: not tested"; continue; }; \
+	  $(MAKE) tests PYTHON=python$$version VENV=.venv-$$version \
+	    PYTEST_ARGS="$(PYTEST_ARGS) tests/oracle tests/property" || exit 1; \
+	done
+
+wheel:  ## sdist and wheel in dist/, tried from an empty folder
+	.ci/wheel $(PYTHON)
 
 lint: $(VENV)/.dev  ## ruff, mypy and the import contracts, without the tests
 	$(BIN)/python -m ruff check .
@@ -51,7 +65,7 @@ docs: $(VENV)/.docs  ## The documentation as a site in site/; open site/index.ht
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict $(ARGS)
 
 clean:  ## Remove .venv, caches and build files; results/ stays
-	rm -rf $(VENV) build dist site *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) .venv-* build dist site *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # Stamps: the virtual environment, what running needs, what developing needs on top.

@@ -197,7 +197,8 @@ class TrainConfig:
         out: Folder of the results.
         overwrite: Replace a run that is there.
         resume: Continue the run in OUT; settings that shape what is learned must stay.
-        config: YAML file with these settings; what else is on the command line wins.
+        config: YAML file with these settings, or the name of one that ships (paper-sim-2, from-nothing); what
+            else is on the command line wins.
     """
 
     envs: EnvsConfig = field(default_factory=EnvsConfig)

@@ -13,12 +13,13 @@ from wifipgo.coerce import fitted
 from wifipgo.command.checkout import recorded
 from wifipgo.command.docstrings import documented
 from wifipgo.command.extras import load_extra
-from wifipgo.errors import BadInputError, UnknownNameError, require
+from wifipgo.errors import BadInputError, UnknownNameError, pick, require
 
 # What may change when a run is continued; ``ppo.agent_steps`` says how far to go.
 _FREE = {"out", "overwrite", "resume", "config", "ppo.agent_steps", "envs.n_workers"}
 _FREE |= {"selection.every", "selection.trials", "selection.policies", "selection.seed"}
 _KEY = "key"
+_SHIPPED = Path(__file__).parent / "configs"
 _HERE = ("out", "overwrite", "resume", "config")
 
 
@@ -33,7 +34,21 @@ def parsed(args: Sequence[str] | None = None, *, prog: str = "wifipgo train") ->
     config = tyro.cli(documented(TrainConfig), prog=prog, args=args)
     if config.config is None:
         return config
-    return tyro.cli(documented(TrainConfig), prog=prog, args=args, default=read_yaml(config.config))
+    return tyro.cli(
+        documented(TrainConfig), prog=prog, args=args, default=read_yaml(settings_file(config.config))
+    )
+
+
+def settings_file(path: Path) -> Path:
+    """The file that is meant: one that ships may be called by its name, or as in a checkout, from anywhere.
+
+    Raises:
+        ValueError: A name without an ending that none of ours has.
+    """
+    if path.exists() or path.parent not in (Path(), Path("train/configs")):
+        return path
+    shipped = {file.stem: file for file in _SHIPPED.glob("*.yaml")}
+    return shipped.get(path.stem, path) if path.suffix else pick(shipped, path.name, "training settings")
 
 
 def read_yaml(path: Path) -> TrainConfig:

@@ -9,8 +9,9 @@ from support.short_training import copy_of, refused
 pytest.importorskip("stable_baselines3")
 
 
+from train import _config_files
 from train._config import HELD_OUT_SEED
-from train._config_files import read_yaml
+from train._config_files import read_yaml, settings_file
 from train.training import Run
 from wifipgo.files.folder_lock import held
 
@@ -93,3 +94,20 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path, capsys: pytest
     (tmp_path / "mine" / "thesis.txt").write_text("")
     assert "must be new or empty" in refused(capsys, "--out", str(tmp_path / "mine"), "--overwrite")
     assert (tmp_path / "mine" / "thesis.txt").exists()
+
+
+def test_settings_that_ship_are_found_from_anywhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By name, or as documented for a checkout; a file that is there goes first."""
+    monkeypatch.chdir(tmp_path)
+    shipped = Path(_config_files.__file__).parent / "configs" / "from-nothing.yaml"
+    for told in ("from-nothing", "from-nothing.yaml", "train/configs/from-nothing.yaml"):
+        assert settings_file(Path(told)) == shipped
+    assert read_yaml(shipped).envs.n_envs == 16
+    for other in ("other.yaml", "configs/from-nothing.yaml"):
+        assert settings_file(Path(other)) == Path(other)
+    with pytest.raises(
+        ValueError, match="unknown training settings 'from-nothin'; known: from-nothing, paper"
+    ):
+        settings_file(Path("from-nothin"))
+    Path("from-nothing").write_text("")
+    assert settings_file(Path("from-nothing")) == Path("from-nothing")
