@@ -1,12 +1,13 @@
 """What Fig. 10 is made of: runs until nine relative poses, and encounters of a grid."""
 
 from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from baselines.evaluation.episodes import play
 from baselines.policies import make_policy
@@ -17,7 +18,7 @@ from wifipgo import se2
 from wifipgo.files.atomic_files import write_sealed
 from wifipgo.files.npz_files import read_sealed_npz
 from wifipgo.graph.bearings import bearing_residuals, heard_along
-from wifipgo.graph.edges import select
+from wifipgo.graph.edges import Edges, select
 from wifipgo.graph.outliers.aoa_weights import bearing, likelihood
 from wifipgo.graph.outliers.methods import solve_robust
 from wifipgo.scenarios import Scenario
@@ -49,13 +50,13 @@ class OutlierTrial(NamedTuple):
         return self.scenario
 
     def compute(self) -> Arrays:
-        """Errors by method, and every measurement beside the direction of its signal."""
+        """Errors by method and with the true outliers removed, and every measurement beside its direction."""
         return self.compute_all([self])[0]
 
     def compute_all(self, items: Sequence["OutlierTrial"]) -> list[Arrays]:
         """The same of several trials, played together."""
         ticks = _played(self.scenario.with_overrides(**KEEP_ALL), [item.seed for item in items])
-        return [{"errors": _errors(tick), **_measurements(tick)} for tick in ticks]
+        return [_judged(tick) for tick in ticks]
 
     def keep(self, result: Arrays) -> None:
         """Write to a file that is there whole or not at all."""
@@ -79,9 +80,13 @@ class Cell(NamedTuple):
         return f"{self.cfg.n_outliers} outliers ({self.cfg.kind}) at {self.cfg.range_m:g} m"
 
     def compute(self) -> Arrays:
-        """Ground-truth error of every trial under every method."""
+        """Ground-truth error of every trial under every method, and with the true outliers removed."""
         seen = [encounter(self.cfg, (seed,)) for seed in self.seeds]
-        return {"errors": np.array([[error_under(method, e) for method in METHODS] for e in seen])}
+        removed = [error_under("none", e, without_outliers=True) for e in seen]
+        return {
+            "errors": np.array([[error_under(method, e) for method in METHODS] for e in seen]),
+            "removed": np.array(removed),
+        }
 
     def keep(self, result: Arrays) -> None:
         """Write to a file that is there whole or not at all."""
@@ -110,16 +115,20 @@ def _played(scenario: Scenario, seeds: Sequence[int]) -> list[Tick]:
     return [ends[k] for k in range(len(seeds))]
 
 
-def _errors(tick: Tick) -> Float[np.ndarray, " methods"]:
-    """Ground-truth error (Eq. 12 + Eq. 13) under every method."""
+def _judged(tick: Tick) -> Arrays:
+    """What every method leaves of a run, and what was measured in it."""
     belief, truth = tick.belief, tick.truth.poses
-    solved = [
-        solve_robust(
-            belief.paths.estimate, belief.log.edges, belief.log.bearings, robots=(0, 1), outliers=method
-        )[0]
-        for method in METHODS
+    edges, bearings = belief.log.edges, belief.log.bearings
+    true = replace(edges, weight=edges.weight * ~_outliers(edges, truth))
+    tried = [(edges, method) for method in METHODS] + [(true, "none")]
+    errors = [
+        ground_truth_error(
+            solve_robust(belief.paths.estimate, of, bearings, robots=(0, 1), outliers=method)[0],
+            truth,
+        )
+        for of, method in tried
     ]
-    return np.array([ground_truth_error(poses, truth) for poses in solved])
+    return {"errors": np.array(errors[:-1]), "removed": np.array(errors[-1]), **_measurements(tick)}
 
 
 def _measurements(tick: Tick) -> Arrays:
@@ -129,18 +138,22 @@ def _measurements(tick: Tick) -> Arrays:
     row = heard_along(met, belief.log.bearings)
     met, row = select(met, row >= 0), row[row >= 0]
     exact = se2.between(truth[tuple(met.tail.T)], truth[tuple(met.head.T)])
-    off = met.z - exact
-    off[:, 2] = se2.wrap_angle(off[:, 2])
     reported, peaks = bearing(met.z), belief.log.bearings.azimuth_rad[row]
     away = se2.wrap_angle(reported[:, None] - peaks)
     nearest = np.take_along_axis(away, np.abs(away).argmin(axis=1)[:, None], axis=1)[:, 0]
-    sigmas = np.abs(off) / met.sigma[:, [0, 0, 1]]
     return {
         "off_rad": nearest,
         "weight": likelihood(nearest),
         "pose_azimuth_error_rad": se2.wrap_angle(reported - bearing(exact)),
         "aoa_error_rad": -bearing_residuals(truth, belief.log.bearings)[row],
-        # An outlier is that far off in every component; noise is so once in ten thousand times.
-        "is_outlier": (sigmas > 1.99).all(axis=1),
+        "is_outlier": _outliers(met, truth),
         "range_m": np.hypot(exact[:, 0], exact[:, 1]),
     }
+
+
+def _outliers(edges: Edges, truth: Float[np.ndarray, "robots times 3"]) -> Bool[np.ndarray, " edges"]:
+    """Relative poses between robots, 2 sigma off in every component: noise is so once in ten thousand."""
+    off = edges.z - se2.between(truth[tuple(edges.tail.T)], truth[tuple(edges.head.T)])
+    off[:, 2] = se2.wrap_angle(off[:, 2])
+    far: Bool[np.ndarray, " edges"] = (np.abs(off) > 1.99 * edges.sigma[:, [0, 0, 1]]).all(axis=1)
+    return far & edges.between_robots

@@ -14,6 +14,7 @@ from baselines.evaluation.intervals import Estimate
 
 REPRODUCED, PARTLY, NOT, UNDECIDED = "reproduced", "partly", "not", "undecided"
 BY_CONSTRUCTION, FEW, NOT_RUN, UNJUDGED = "by construction", "too few trials", "not run", "-"
+NO_POWER = "no power"  # not even who knows the answer would reach what is claimed
 FEWEST = 10  # trials of a verdict
 ALPHA = 0.05  # of the equivalence test
 SAME_COUNT = 0.25  # counts within a quarter of each other are called equal
@@ -141,8 +142,11 @@ def equivalence_p(
 
 
 def combined(verdicts: Sequence[str]) -> str:
-    """One verdict of several conditions: partly where they are not all the same, none where one has none."""
-    found = set(verdicts) or {NOT_RUN}
+    """One verdict of several conditions: partly where they are not all the same, none where one has none.
+
+    Conditions in which nothing could show what is claimed do not count, unless there are no others.
+    """
+    found = set(verdicts) - {NO_POWER} or set(verdicts) or {NOT_RUN}
     if len(found) == 1:
         return found.pop()
     return next((none for none in (NOT_RUN, FEW, UNDECIDED) if none in found), PARTLY)

@@ -1,6 +1,5 @@
 """Fig. 2: a profile over azimuth and elevation and what it says from above, simulated and recorded."""
 
-import os
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,13 +12,13 @@ from jaxtyping import Complex, Float
 from baselines.evaluation.intervals import Estimate, median_of
 from baselines.reproduce import _draw, _rules
 from baselines.reproduce._claims import BESIDE, Claim, Found, Sentence, judged, missing, row
+from baselines.reproduce._recordings import ABSENT, recorded, recorded_errors
 from baselines.reproduce._runs import Setting
 from wifipgo.command.palette import VERMILION
 from wifipgo.graph.outliers.aoa_weights import PAPER_GATE_RAD
 from wifipgo.radio import aoa
 from wifipgo.radio.channel import csi
 from wifipgo.radio.recordings.recorded_link import Link, bearing
-from wifipgo.radio.recordings.wsr_dataset import read_links
 from wifipgo.se2 import wrap_angle
 
 TITLE = "Signal profile over azimuth and elevation"
@@ -39,7 +38,6 @@ ELEVATIONS_RAD = np.deg2rad(np.arange(0.0, 61.0))
 SHOWN_RAD = np.deg2rad([60.0, 25.0])  # direct path in the picture
 SNR = 100.0
 ECHO_AMPLITUDES = (0.4, 0.3)  # 6 dB below the direct path together, in the plane, from anywhere
-RECORDINGS = "wsr_slim_dev.npz"
 
 
 class Heard(NamedTuple):
@@ -71,13 +69,6 @@ def claims(setting: Setting) -> list[Claim]:
     """Judge only."""
     errors_deg = _simulated(_turns(setting))
     return [_azimuths(errors_deg, recorded_errors(recorded())), _elevations(errors_deg)]
-
-
-def recorded() -> list[Link]:
-    """Real links, if the data is there."""
-    beside = Path(__file__).resolve().parents[3] / "shared" / "data"
-    pack = Path(os.environ.get("WIFIPGO_DATA", beside)) / "wsr" / RECORDINGS
-    return read_links(pack) if pack.is_file() else []
 
 
 def _turns(setting: Setting) -> Heard:
@@ -125,18 +116,6 @@ def _simulated(heard: Heard) -> pd.DataFrame:
             "elevation_deg": np.rad2deg(heard.elevation_rad),
             "azimuth_error_deg": np.rad2deg(wrap_angle(found.azimuth_rad[:, 0] - heard.azimuth_rad)),
             "elevation_error_deg": np.rad2deg(found.elevation_rad[:, 0] - heard.elevation_rad),
-        }
-    )
-
-
-def recorded_errors(links: list[Link]) -> pd.DataFrame:
-    """Error of the top peak of every real link, degrees."""
-    errors_rad = np.array([bearing(link).azimuth_rad - link.truth_rad for link in links], dtype=float)
-    return pd.DataFrame(
-        {
-            "set": [link.set_name for link in links],
-            "transmitter": [link.transmitter for link in links],
-            "azimuth_error_deg": np.rad2deg(wrap_angle(errors_rad)),
         }
     )
 
@@ -212,7 +191,7 @@ def _on_recordings(real: pd.DataFrame) -> Found:
     """The same of real links, if they are there."""
     conditions = "real recordings, moving antenna, motion-capture truth"
     if real.empty:
-        return missing(conditions, f"wsr/{RECORDINGS} is not in the folder of data (WIFIPGO_DATA)")
+        return missing(conditions, ABSENT)
     return row(conditions, _median, real.azimuth_error_deg, note=f"links, not seeds; {_within(real)}")
 
 

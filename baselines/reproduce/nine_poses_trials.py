@@ -1,7 +1,5 @@
 """Runs of `nine_poses` under every treatment that Fig. 10 is judged by, and AOA errors of real recordings."""
 
-from collections.abc import Sequence
-from functools import cache
 from io import BytesIO
 from itertools import product
 from pathlib import Path
@@ -10,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from baselines.reproduce._recordings import errors_by_sight
 from baselines.reproduce.encounter_grid import ground_truth_error
 from baselines.reproduce.nine_poses import (
     NinePoses,
@@ -25,9 +24,6 @@ from wifipgo.files.npz_files import read_sealed_npz
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.edges import Edges
 from wifipgo.graph.outliers.methods import solve_robust
-from wifipgo.radio.recordings.recorded_link import Link, bearing
-from wifipgo.radio.recordings.wsr_dataset import read_links
-from wifipgo.se2 import wrap_angle
 from wifipgo.threads import one_thread
 
 # What is done to a run, in the order of the columns: equal information matrices, but where it says "true".
@@ -46,46 +42,16 @@ READINGS = tuple(
     for scale, range_m, n in product(ODOMETRY_SCALES, RANGES_M, COUNTS)
 )
 # Simulated AOA as elsewhere in `fig10`: 3 degrees, and 7.5 % anywhere.
+_KEY = 0x916  # keeps the chance of these runs apart from that of other runs of a seed
 _SIGMA_RAD, _GROSS_SHARE = float(np.deg2rad(3.0)), 0.075
-
-AoaErrors = Float[np.ndarray, " links"]
-
-
-class RecordedAoa(NamedTuple):
-    """Errors of the bearings of real links, rad."""
-
-    in_sight: AoaErrors
-    beyond: AoaErrors
-
-
-@cache
-def recorded_aoa(folder: Path) -> RecordedAoa | None:
-    """What the packed recordings in a folder give; None where there are none.
-
-    Errors of links that were recorded in one place are alike; drawn one by one they are kinder than a run in
-    one place would be.
-    """
-    packs = sorted(folder.glob("*.npz")) if folder.is_dir() else []
-    links = [link for pack in packs for link in read_links(pack)]
-    errors = np.array([_error_rad(link) for link in links])
-    beyond = np.array(["NLOS" in link.set_name.upper() for link in links], dtype=bool)
-    found = RecordedAoa(errors[~beyond], errors[beyond])
-    return found if all(map(len, found)) else None
-
-
-def _error_rad(link: Link) -> float:
-    """Of the highest peak."""
-    return float(wrap_angle(np.asarray(bearing(link).azimuth_rad - link.truth_rad)))
 
 
 class NineRuns(NamedTuple):
-    """One reading of the experiment, as often as there are trials."""
+    """One reading of the experiment, once for each world's seed."""
 
     cfg: NinePoses
-    trials: int
-    seed: int
+    seeds: tuple[int, ...]
     path: Path
-    recordings: Path
 
     @property
     def label(self) -> str:
@@ -98,10 +64,8 @@ class NineRuns(NamedTuple):
     @one_thread
     def compute(self) -> dict[str, Float[np.ndarray, "trials treatments"]]:
         """Ground-truth error of every trial under every treatment; nan where there are no recordings."""
-        recorded = recorded_aoa(self.recordings)
-        rows = [
-            _errors(self.cfg, np.random.default_rng([self.seed, k]), recorded) for k in range(self.trials)
-        ]
+        recorded = errors_by_sight()
+        rows = [_errors(self.cfg, np.random.default_rng([seed, _KEY]), recorded) for seed in self.seeds]
         return {"errors": np.array(rows)}
 
     def keep(self, result: dict[str, np.ndarray]) -> None:
@@ -114,7 +78,9 @@ class NineRuns(NamedTuple):
         return dict(read_sealed_npz(self.path))
 
 
-def _errors(cfg: NinePoses, rng: np.random.Generator, recorded: RecordedAoa | None) -> list[float]:
+def _errors(
+    cfg: NinePoses, rng: np.random.Generator, recorded: tuple[np.ndarray, np.ndarray] | None
+) -> list[float]:
     """One run under every treatment."""
     world, channel, place = rng.spawn(3)
     run = simulate_run(cfg, rng=world)
@@ -158,11 +124,3 @@ def chance_of_a_panel(
     rng = np.random.default_rng(0)
     drawn = errors[rng.integers(len(errors), size=(n_panels, n_trials))].sum(axis=1)
     return float(np.mean(1.0 - drawn[:, 1] / drawn[:, 0] >= claimed))
-
-
-def readings(folder: Path, *, trials: int, seed: int, recordings: Path) -> Sequence[NineRuns]:
-    """Every reading, as tasks that keep their results in a folder."""
-    return [
-        NineRuns(cfg, trials, seed, folder / f"nine-poses-{k:03d}.npz", recordings)
-        for k, cfg in enumerate(READINGS)
-    ]

@@ -17,7 +17,16 @@ from baselines.evaluation.batches import Batch
 from baselines.evaluation.episodes import Episode, trial_seed
 from baselines.evaluation.intervals import mean_of
 from baselines.evaluation.jobs import EpisodesFailedError
-from baselines.reproduce import _assumptions, _changed, _figures, _folder, _rules, _run, fig2, fig9
+from baselines.reproduce import (
+    _assumptions,
+    _changed,
+    _figures,
+    _folder,
+    _recordings,
+    _rules,
+    _run,
+    fig9,
+)
 from baselines.reproduce.__main__ import main
 from baselines.reproduce._claims import Claim, Sentence, judged, row
 from baselines.reproduce._config import ReproduceConfig
@@ -240,7 +249,7 @@ def test_a_folder_that_is_no_reproduction_is_left_alone(overwrite: bool, tmp_pat
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["fig6"], "unknown figure 'fig6'; known: all, fig10, fig2, fig5, fig7, fig8, fig9"),
+        (["fig6"], "unknown figure 'fig6'; known: all, fig10, fig10_literal, fig2, fig5, fig7, fig8, fig9"),
         (["fig2", "--trials", "0"], "trials must be >= 1, got 0"),
         (["fig2", "--trials", "-3"], "trials must be >= 1, got -3"),
         (["fig2", "--seed", "-1"], "seed must be >= 0"),
@@ -313,9 +322,9 @@ def test_profile_and_dark_from_the_command_line(
 
 def test_recordings_are_judged_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WIFIPGO_DATA", str(data_dir("wsr").parent))
-    links = fig2.recorded()
+    links = _recordings.recorded()
     assert len(links) == 30
-    assert np.abs(fig2.recorded_errors(links[:1]).azimuth_error_deg).max() < 20.0
+    assert np.abs(_recordings.recorded_errors(links[:1]).azimuth_error_deg).max() < 20.0
 
 
 def test_a_trial_with_outliers_solves_one_graph_by_every_method(tmp_path: Path) -> None:

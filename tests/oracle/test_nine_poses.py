@@ -1,6 +1,5 @@
 """Runs of nine relative poses (Sec. 7.3): what is injected, what stays, what five trials show by chance."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from baselines.reproduce.nine_poses import (
     start_sigma,
     without,
 )
-from baselines.reproduce.nine_poses_trials import chance_of_a_panel, recorded_aoa
+from baselines.reproduce.nine_poses_trials import chance_of_a_panel
 from wifipgo import se2
 from wifipgo.graph.edges import select
 from wifipgo.graph.outliers.methods import solve_robust
@@ -94,8 +93,3 @@ def test_chance_of_a_panel_is_binomial_where_trials_are_all_or_nothing() -> None
     errors[:3, 1] = 0.0
     expected = float(binom.sf(1, 5, 0.3))
     assert chance_of_a_panel(errors, claimed=0.4) == pytest.approx(expected, abs=0.02)
-
-
-def test_no_recordings_no_errors(tmp_path: Path) -> None:
-    assert recorded_aoa(tmp_path) is None
-    assert recorded_aoa(tmp_path / "nowhere") is None
