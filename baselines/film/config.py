@@ -41,7 +41,8 @@ class WatchConfig:
     Attributes:
         scenario: Scenario to play, e.g. paper-hw-2, or a file, e.g. room.toml; an unknown one lists those
             that exist.
-        policy: Policy; parameters follow a colon: active:err_threshold=0.5.
+        policy: Policy; parameters follow a colon: active:err_threshold=0.5. Your own: path/file.py:Class or
+            my.module:Class; a trained one: ppo:path=RUN_OR_NPZ; NAME=POLICY gives a name for the film.
         policies: Several instead, separated by commas, side by side in the same world: active,random.
         seed: Seed of the world, its noise and the policy's chance, as in the column seed of an evaluation's
             tables.

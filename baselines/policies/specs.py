@@ -13,6 +13,7 @@ begins, so most paths need no quotes.  In quotes, single or double, a label, a f
 anything: ``'my run, 2'=ppo:path='C:\\a=b:c.npz'``.
 """
 
+import json
 import os
 import re
 from collections.abc import Iterable, Sequence
@@ -149,7 +150,7 @@ def _placed_pair(pair: str) -> str:
 def _path_pair(path: str) -> str:
     """A path as a parameter that is read as this path."""
     plain = re.fullmatch(r"/[\w./+-]*", path)
-    return f"{_PATH}={path if plain else repr(path)}"
+    return f"{_PATH}={path if plain else _in_quotes(path)}"
 
 
 def _absolute(path: str) -> str:
@@ -192,7 +193,12 @@ def _bare(text: str) -> str:
 
 def _shielded(text: str) -> str:
     """Text in quotes where it holds what could separate."""
-    return text if re.fullmatch(r"[\w./+-]+", text) else repr(text)
+    return text if re.fullmatch(r"[\w./+-]+", text) else _in_quotes(text)
+
+
+def _in_quotes(text: str) -> str:
+    """Text in double quotes: single ones would need a shell's own quotes to be broken up."""
+    return json.dumps(text, ensure_ascii=False)
 
 
 def _short_pair(pair: str, n_parts: int) -> str:

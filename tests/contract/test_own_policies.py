@@ -190,7 +190,7 @@ def test_an_evaluation_can_be_repeated_until_the_source_changes(
     table = pd.read_parquet(out / "episodes.parquet")
     assert table["policy"].tolist() == ["mine", "own.py:Plain"]
     record = json.loads((out / "config.json").read_text())
-    assert record["policies"][0] == f"mine='{own}':Plain:gain=0.9"
+    assert record["policies"][0] == f'mine="{own}":Plain:gain=0.9'
     assert record["sources"].keys() == {"mine", "own.py:Plain"}
     monkeypatch.chdir(tmp_path)
     words = ["--config", str(out / "config.json"), "--resume", "--jobs", "1", "--out", str(out)]
