@@ -42,9 +42,9 @@ class EvaluateConfig:
         scenario: Scenario to play, e.g. paper-hw-2, or a file, e.g. room.toml; an unknown one lists those
             that exist.
         policies: Policies, separated by commas; parameters follow a colon: active:err_threshold=0.5.
-            Your own: path/file.py:Class or my.module:Class; a trained one: ppo:path=RUN_OR_NPZ. NAME=POLICY names one
-            in tables and pictures. A path that holds what separates goes in quotes, within those of the
-            shell: 'a=ppo:path="runs/lr=1, seed=0",active'.
+            Your own: path/file.py:Class or my.module:Class; a trained one: ppo:path=RUN_OR_NPZ. NAME=POLICY
+            names one in tables and pictures. A path that holds what separates goes in quotes, within those
+            of the shell: 'a=ppo:path="runs/lr=1, seed=0",active'.
         trials: Worlds that every policy meets.
         seed: Root of the seeds of all trials.
         trials_from: Number of the first trial: job k of an array plays --trials 10 --trials-from 10k, and
