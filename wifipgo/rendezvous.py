@@ -5,17 +5,21 @@ ranking of neighbours, a call that stays up until it is served, the count of obs
 Motion is a policy's business.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.errors import require_within
+from wifipgo.errors import pick, require_within
 from wifipgo.radio.channel.rates import LinkConfig, service_discrepancy
 from wifipgo.rows import Rows
 
 NOBODY = -1
+# Whether a call that is placed starts the count of observations of caller and callee again.
+KAPPA_SINCE: Mapping[str, bool] = MappingProxyType({"meeting": False, "call": True})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,14 +31,17 @@ class RendezvousConfig:
     Attributes:
         err_threshold: delta of Algorithm 2, on Err_i of Eq. 4.
         kappa: Observations of a pair that a rendezvous needs (Algorithm 1).
+        kappa_since: From when they count: "meeting", the pair's last, or "call", if one was placed since.
     """
 
     err_threshold: float = 10.0
     kappa: int = 3
+    kappa_since: str = "meeting"
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
         require_within(self, {"err_threshold": (1e-9, 1e12), "kappa": (1, 1_000_000)})
+        pick(KAPPA_SINCE, self.kappa_since, "kappa_since")
 
 
 class Calls(NamedTuple):
@@ -78,6 +85,20 @@ def place_calls(
     callee = np.where(request, np.where(up, calls.callee, best), NOBODY)
     kept = (callee == calls.callee) & (callee != NOBODY)
     return Calls(callee, np.where(kept, calls.q_mbit_s, cfg.q_mbit_s))
+
+
+def counted_from_calls(
+    observed: Int[np.ndarray, "robots peers"], before: Calls, calls: Calls
+) -> Int[np.ndarray, "robots peers"]:
+    """Observations of pairs since a call: of those between whom none was up, and now is, there are none."""
+    n, robots = observed.shape[1], np.arange(len(observed))
+    peer, first = robots % n, robots - robots % n
+    called_back = before.callee[first + np.maximum(calls.callee, 0)] == peer
+    new = (calls.callee != NOBODY) & (calls.callee != before.callee) & ~called_back
+    caller, callee = robots[new], calls.callee[new]
+    again = observed.copy()
+    again[caller, callee] = again[first[new] + callee, peer[new]] = 0
+    return again
 
 
 def raise_demands(

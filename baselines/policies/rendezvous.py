@@ -113,8 +113,11 @@ class ActiveRendezvous(Callers):
     Args:
         scenario: Gives the layout of the observations.
         err_threshold: Threshold of Algorithm 2 in units of the scenario's.
+        caller_drives: Whether a caller drives towards whom it calls instead of waiting.
     """
 
-    def __init__(self, scenario: Scenario, *, err_threshold: float = 1.0) -> None:
+    def __init__(
+        self, scenario: Scenario, *, err_threshold: float = 1.0, caller_drives: bool = False
+    ) -> None:
         """Compose."""
-        super().__init__(scenario, Uniform(), err_above(err_threshold))
+        super().__init__(scenario, Uniform(), err_above(err_threshold), caller_drives=caller_drives)

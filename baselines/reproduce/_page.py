@@ -12,8 +12,8 @@ _INTRODUCTION = """\
 Each claim has one figure of ours, its 95 % interval over worlds that all that is compared meets, and a
 verdict by a rule that is fixed in the code (`baselines/reproduce/_rules.py`) before anything is run.
 **Headline** rows make the verdict. *Beside* them stand rows that do not: other methods, and the strong walker
-that optimises at every step. *Sensitivity* rows change one number that is ours and not the paper's, all else
-as it was.
+that optimises at every step. *Sensitivity* rows change one number that is ours and not the paper's, or
+one reading of its text, all else as it was.
 
 - **Pool.** Worlds of all roots of seeds are one pool; each figure says how many. A verdict needs ten.
 - **Intervals** are t intervals over worlds; of a ratio of means, of its logarithm, because a bootstrap of it

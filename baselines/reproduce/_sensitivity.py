@@ -1,4 +1,4 @@
-"""The numbers that are ours and not the paper's, each changed one at a time."""
+"""Numbers that are ours and not the paper's, and readings of its text, each changed one at a time."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -11,6 +11,7 @@ from baselines.reproduce._runs import Run, Setting, changed
 from wifipgo.scenarios import Scenario
 
 Change = dict[str, object]
+Pair = tuple[Run, Run]
 
 
 def variants(scenario: Scenario) -> dict[str, Change]:
@@ -34,8 +35,26 @@ def variants(scenario: Scenario) -> dict[str, Change]:
     return {**places, **arenas, **kappas, **rates}
 
 
-def sensitivity_runs(scenario: Scenario) -> dict[str, tuple[Run, Run]]:
-    """Active and random under every change, by what to call it."""
+def reading_runs(scenario: Scenario) -> dict[str, Pair]:
+    """Active and random under every other reading of the paper's text, by what to call it."""
+    changes: dict[str, Change] = {
+        "same weights in Eqs. 3 and 4 (ours: true covariances in Eq. 3)": {"solve_weights": "unit"},
+        "odometry noise in proportion to the drive (ours: the same at every iteration)": {
+            "odometry_noise": "motion"
+        },
+        "kappa counts from the call (ours: from the last meeting)": {"kappa_since": "call"},
+    }
+    pairs = {
+        label: (Run(other, "active"), Run(other, "random"))
+        for label, change in changes.items()
+        for other in (changed(scenario, **change),)
+    }
+    drives = Run(scenario, "active:caller_drives=true"), Run(scenario, "random")
+    return pairs | {"the caller drives towards the called (ours: it stands)": drives}
+
+
+def sensitivity_runs(scenario: Scenario) -> dict[str, Pair]:
+    """The same, and under every change of a number of ours."""
     pairs = {
         label: (Run(other, "active"), Run(other, "random"))
         for label, change in variants(scenario).items()
@@ -45,11 +64,11 @@ def sensitivity_runs(scenario: Scenario) -> dict[str, tuple[Run, Run]]:
     pairs["random walks keep their heading (ours: a new one each iteration)"] = walk
     every = changed(scenario, estimator="every_step")
     pairs["optimised at every step (ours: at a rendezvous)"] = Run(every, "active"), Run(every, "random")
-    return pairs
+    return pairs | reading_runs(scenario)
 
 
 def sensitivity(
-    scenario: Scenario,
+    pairs: Mapping[str, Pair],
     setting: Setting,
     measure: Callable[[Sequence[Episode], Sequence[Episode]], Estimate],
     *,
@@ -58,12 +77,11 @@ def sensitivity(
     """A figure of active against random under every change.
 
     Args:
-        scenario: What is changed.
+        pairs: Active and random, by what to call the change.
         setting: Of the run.
         measure: Takes the episodes of active and of random.
         prefix: To put before what a change is called.
     """
-    pairs = sensitivity_runs(scenario) if setting.sensitivity else {}
     return [
         row(
             prefix + label,
@@ -72,10 +90,10 @@ def sensitivity(
             random.episodes(setting),
             role=SENSITIVITY,
         )
-        for label, (active, random) in pairs.items()
+        for label, (active, random) in (pairs if setting.sensitivity else {}).items()
     ]
 
 
-def all_runs(pairs: Mapping[str, tuple[Run, Run]]) -> list[Run]:
+def all_runs(pairs: Mapping[str, Pair]) -> list[Run]:
     """Both of every pair."""
     return [run for pair in pairs.values() for run in pair]

@@ -115,7 +115,9 @@ def _ratio(episodes: dict[str, list[Episode]], setting: Setting) -> Claim:
         row(SCENARIO.name + label, err_ratio, episodes[other], episodes[reference], role=role)
         for label, (reference, other, role) in pairs.items()
     ]
-    changes = sensitivity(SCENARIO, setting, lambda active, random: err_ratio(random, active))
+    changes = sensitivity(
+        sensitivity_runs(SCENARIO), setting, lambda active, random: err_ratio(random, active)
+    )
     return judged(
         RATIO,
         quantity="Err of the last ten iterations, random over active",

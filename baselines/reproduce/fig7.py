@@ -22,7 +22,7 @@ from baselines.reproduce._claims import (
 from baselines.reproduce._measures import column, err_ratio
 from baselines.reproduce._runs import TRIALS, Setting, write_data
 from baselines.reproduce._sensitivity import sensitivity, sensitivity_runs
-from baselines.reproduce._two_robots import CHANGED, PAIRS, ROOMS, Played, played, tasks
+from baselines.reproduce._two_robots import CHANGED, PAIRS, ROOMS, Played, changes, played, tasks
 
 __all__ = ["SENTENCES", "TITLE", "TRIALS", "claims", "make", "tasks"]
 
@@ -87,8 +87,8 @@ def _ratio(rooms: Played, setting: Setting) -> Claim:
         for reference, other, role, words in PAIRS
         for room, of in rooms.items()
     ]
-    for room in CHANGED:
-        found += sensitivity(ROOMS[room], setting, lambda a, r: err_ratio(r, a), prefix=f"{room}: ")
+    for room in ROOMS:
+        found += sensitivity(changes(room), setting, lambda a, r: err_ratio(r, a), prefix=f"{room}: ")
     return judged(
         RATIO,
         quantity="Err (Eq. 4) of the last ten iterations, random over active",

@@ -14,7 +14,7 @@ from baselines.reproduce._held import Active, held
 from baselines.reproduce._measures import truth_reduction
 from baselines.reproduce._runs import TRIALS, Setting, write_data
 from baselines.reproduce._sensitivity import sensitivity
-from baselines.reproduce._two_robots import CHANGED, PAIRS, ROOMS, Played, played, tasks
+from baselines.reproduce._two_robots import CHANGED, PAIRS, ROOMS, Played, changes, played, tasks
 
 __all__ = ["SENTENCES", "TITLE", "TRIALS", "claims", "make", "tasks"]
 
@@ -96,8 +96,8 @@ def _truth(rooms: Played, setting: Setting) -> Claim:
         for reference, other, role, words in (*PAIRS, ("random, every step", "random", BESIDE, _STRONG))
         for room, of in rooms.items()
     ]
-    for room in CHANGED:
-        found += sensitivity(ROOMS[room], setting, truth_reduction, prefix=f"{room}: ")
+    for room in ROOMS:
+        found += sensitivity(changes(room), setting, truth_reduction, prefix=f"{room}: ")
     return judged(
         TRUTH,
         quantity="ground-truth error at the end (Eq. 12 + Eq. 13), reduction of the mean",

@@ -8,10 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from wifipgo.errors import pick, require, require_within
-from wifipgo.graph.backends import BACKENDS
+from wifipgo.graph.backends import BACKENDS, Solve
 from wifipgo.graph.metrics import ERR_WEIGHTS
 from wifipgo.graph.outliers.methods import OUTLIER_METHODS
+from wifipgo.graph.solve_weights import SOLVE_WEIGHTS
 from wifipgo.graph.solvers import THIRD_PARTY
+
+_SOLVE_WEIGHTS = "GraphConfig.solve_weights"
 
 
 class PoseEstimator(NamedTuple):
@@ -44,6 +47,8 @@ class GraphConfig:
 
     Attributes:
         err_weights: "unit" (paper mode) or "information".
+        solve_weights: Weights of relative poses when they are solved for (Eq. 3): "information", or "unit",
+            those that Err_i has in paper mode.
         estimator: When poses are optimised: a name in `wifipgo.graph.config.ESTIMATORS`. With "every_step"
             robots that meet exchange their graphs, and each solves by itself.
         backend: Who optimises at a rendezvous: a name in `wifipgo.graph.backends.BACKENDS`.
@@ -59,6 +64,7 @@ class GraphConfig:
     """
 
     err_weights: str = "unit"
+    solve_weights: str = "information"
     estimator: str = "at_rendezvous"
     backend: str = "gtsam"
     message_loss: float = 0.0
@@ -73,6 +79,7 @@ class GraphConfig:
         require_within(self, {"message_loss": (0.0, 1.0)})
         require_within(self, dict.fromkeys(("aoa_gate_rad", "aoa_sigma_rad"), (1e-4, np.pi)))
         pick(ERR_WEIGHTS, self.err_weights, "err_weights")
+        pick(SOLVE_WEIGHTS, self.solve_weights, "solve_weights")
         pick(ESTIMATORS, self.estimator, "estimator")
         pick(BACKENDS, self.backend, "backend")
         loss = self.message_loss
@@ -86,6 +93,11 @@ class GraphConfig:
         """Whether every robot solves at every iteration."""
         return ESTIMATORS[self.estimator].incremental
 
+    @property
+    def solve(self) -> Solve:
+        """What those who meet do, by the back-end and the weights."""
+        return SOLVE_WEIGHTS[self.solve_weights](BACKENDS[self.backend].solve)
+
     def _check_together(self) -> None:
         """Reject values that do not go with each other."""
         guard, backend = OUTLIER_METHODS[self.outliers], BACKENDS[self.backend]
@@ -96,6 +108,10 @@ class GraphConfig:
             require(guard.incremental, "GraphConfig.outliers", rule, self.outliers)
         else:
             require(not self.aoa_factors, "GraphConfig.aoa_factors", "False but with every_step", True)
+        if self.solve_weights != "information":
+            plain = not self.incremental and guard.loss == "none" and not guard.bearings
+            rule = "'information' with every_step, and with losses, bearings and PCM, which weigh by sigma"
+            require(plain and guard.gate.by_agreement is None, _SOLVE_WEIGHTS, rule, self.solve_weights)
         rule = f"without bearings with the {self.backend} backend"
         require(backend.bearings or not guard.bearings, "GraphConfig.outliers", rule, self.outliers)
         rule = "0 but with a backend that sends messages, as 'distributed'"

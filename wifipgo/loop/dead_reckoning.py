@@ -11,7 +11,7 @@ from wifipgo.rows import Chance
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Paths, Truth, World
 from wifipgo.world.coverage import reveal
-from wifipgo.world.sensing import indices, odometry
+from wifipgo.world.sensing import indices, odometry, odometry_sigmas
 
 _NEXT = np.array([0, 1])  # from (robot, index) to the next pose
 
@@ -51,8 +51,8 @@ def dead_reckon(paths: Paths, motion: Float[np.ndarray, "rows 3"], scenario: Sce
     Returns:
         The longer paths, and the odometry as measurements, which are in no log yet.
     """
-    n, n_worlds = scenario.n_robots, len(motion) // scenario.n_robots
-    tail, sigma = indices(np.arange(len(motion)), paths.t), scenario.sensing.stated_sigmas(n, n_worlds)
+    tail, n_worlds = indices(np.arange(len(motion)), paths.t), len(motion) // scenario.n_robots
+    sigma = odometry_sigmas(scenario.sensing, motion, n_worlds=n_worlds, stated=True)
     before = paths.estimate[:, -1]
     now = se2.compose(before, motion)
     both = np.concatenate([paths.covariance[None], paths.predicted_covariance[None, :, -1]])

@@ -131,7 +131,7 @@ def _meet(
         return Meetings(paths, log.edges, _bytes_of_news(paths, log, team, groups), (True,) * len(groups))
     backend = BACKENDS[cfg.backend]
     channels = [Channel(loss=cfg.message_loss, attempts=_ATTEMPTS, rng=rng) for rng in chances]
-    found = backend.solve(
+    found = cfg.solve(
         paths.estimate,
         log.edges,
         log.bearings,

@@ -28,7 +28,14 @@ from wifipgo.loop.measurements import (
 from wifipgo.loop.scene import scene_of
 from wifipgo.loop.uncertainty import propagate_uncertainty
 from wifipgo.radio.links import Links, probe_links
-from wifipgo.rendezvous import Calls, discrepancies, place_calls, raise_demands
+from wifipgo.rendezvous import (
+    KAPPA_SINCE,
+    Calls,
+    counted_from_calls,
+    discrepancies,
+    place_calls,
+    raise_demands,
+)
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Belief, Commands, MeasurementLog, Paths, RadioBelief, Tick, Truth, World
 from wifipgo.streams import Streams
@@ -53,11 +60,14 @@ def advance(tick: Tick, commands: Commands, *, world: World, scenario: Scenario,
     calls = place_calls(
         before.team.calls, commands.request, radio.rate_mbit_s, radio.esnr_db, cfg=scenario.link
     )
+    team = before.team._replace(calls=calls)
+    if KAPPA_SINCE[scenario.rendezvous.kappa_since]:
+        team = team._replace(observed=counted_from_calls(team.observed, before.team.calls, calls))
     truth, motion = drive(
         tick.truth, commands.waypoints, world=world, scenario=scenario, rng=streams.odometry
     )
     paths, odometry = dead_reckon(before.paths, motion, scenario)
-    belief = before._replace(team=before.team._replace(calls=calls), paths=paths)
+    belief = before._replace(team=team, paths=paths)
     after = observe(truth, belief, odometry, world=world, scenario=scenario, streams=streams)
     return after._replace(belief=propagate_uncertainty(before, after.belief, scenario))
 

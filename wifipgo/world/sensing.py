@@ -1,14 +1,16 @@
 """What robots measure of the world with sensors other than radio (paper Eq. 2)."""
 
 import functools
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo import se2
-from wifipgo.errors import require, require_within
+from wifipgo.errors import pick, require, require_within
 from wifipgo.rows import Chance
 from wifipgo.world.line_of_sight import in_sight
 from wifipgo.world.neighbours import Neighbours, neighbours
@@ -26,6 +28,9 @@ _LIMITS = {
     "outlier_min_sigma": (0.0, 1e6),
     "outlier_max_sigma": (0.0, 1e6),
 }
+# Whether noise of odometry grows with the distance driven, and for which distance it is as stated.
+ODOMETRY_NOISE: Mapping[str, bool] = MappingProxyType({"constant": False, "motion": True})
+_STATED_FOR_M = 2.0
 _SIGMA_OF = np.array([0, 0, 1])  # of x, y and yaw
 # A camera's bearings, and its distances as a share of them (ours; the paper gives no figures).
 _CAMERA_SIGMA_RAD = float(np.deg2rad(2.0))
@@ -44,6 +49,8 @@ class SensingConfig:
         sigma_t_m: Standard deviation of a measured translation, in x and in y.
         sigma_r_rad: Standard deviation of a measured rotation.
         noise_scale: One factor per robot on both sigmas, or empty for all 1.
+        odometry_noise: "constant", the same at every iteration, or "motion", in proportion to the distance
+            driven: the stated noise for a drive of 2 m, none while a robot stands.
         sensor_range_m: How far robots measure the poses of others and of places.
         revisit_gap: Iterations after which a robot measures a place that it passed again.
         outlier_share: Share of relative poses between robots that are outliers.
@@ -53,6 +60,7 @@ class SensingConfig:
     sigma_t_m: float = 0.1
     sigma_r_rad: float = float(np.deg2rad(3.0))
     noise_scale: tuple[float, ...] = ()
+    odometry_noise: str = "constant"
     sensor_range_m: float = 2.2
     revisit_gap: int = 3
     outlier_share: float = 0.0
@@ -62,6 +70,7 @@ class SensingConfig:
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
         require_within(self, _LIMITS)
+        pick(ODOMETRY_NOISE, self.odometry_noise, "odometry_noise")
         spread = (self.outlier_min_sigma, self.outlier_max_sigma)
         require(
             0.0 <= spread[0] <= spread[1], "SensingConfig.outlier_max_sigma", ">= outlier_min_sigma", spread
@@ -86,6 +95,18 @@ class SensingConfig:
     def stated_sigmas(self, n_robots: int, n_worlds: int = 1) -> Float[np.ndarray, "rows 2"]:
         """What robots take the standard deviations to be; a noise-free sensor still has a finite weight."""
         return np.maximum(self.sigmas(n_robots, n_worlds), _LEAST_SIGMA)
+
+
+def odometry_sigmas(
+    cfg: SensingConfig, motion: Float[np.ndarray, "rows 3"], *, n_worlds: int, stated: bool = False
+) -> Float[np.ndarray, "rows 2"]:
+    """Standard deviations of odometry over motions, or what robots that measured these take them to be."""
+    n_robots = len(motion) // n_worlds
+    sigma = (cfg.stated_sigmas if stated else cfg.sigmas)(n_robots, n_worlds)
+    if not ODOMETRY_NOISE[cfg.odometry_noise]:
+        return sigma
+    scaled = sigma * (se2.length(motion[:, :2]) / _STATED_FOR_M)[:, None]
+    return np.maximum(scaled, _LEAST_SIGMA) if stated else scaled
 
 
 class RelativePoses(NamedTuple):
@@ -116,9 +137,9 @@ def odometry(
     n_worlds: int = 1,
 ) -> Float[np.ndarray, "rows 3"]:
     """Each robot's measured motion ``T_before_after`` over one iteration, drive and turn together."""
-    n = len(before)
-    sigma = cfg.sigmas(n // n_worlds, n_worlds)
-    return noisy(se2.between(before, after), sigma, rng.standard_normal((n, 3)))
+    motion = se2.between(before, after)
+    sigma = odometry_sigmas(cfg, motion, n_worlds=n_worlds)
+    return noisy(motion, sigma, rng.standard_normal((len(before), 3)))
 
 
 def robots_in_view(
