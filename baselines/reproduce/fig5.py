@@ -60,7 +60,7 @@ def make(setting: Setting, folder: Path) -> list[Claim]:
     """Draw, write the data, judge."""
     episodes = _played(setting)
     write_data(folder, episodes)
-    _draw_err(folder / "fig5.png", episodes, SCENARIO, setting)
+    _draw_err(folder / "fig5.png", episodes, setting.of(SCENARIO))
     return _judged(episodes, setting)
 
 
@@ -79,14 +79,14 @@ def _judged(episodes: dict[str, list[Episode]], setting: Setting) -> list[Claim]
     return [*both, _random_is_not(episodes, threshold), _ratio(episodes, setting), _bearings(episodes)]
 
 
-def _draw_err(path: Path, episodes: dict[str, list[Episode]], scenario: Scenario, setting: Setting) -> None:
+def _draw_err(path: Path, episodes: dict[str, list[Episode]], scenario: Scenario) -> None:
     with _draw.page(path, (6.4, 4.0)) as figure:
         axes = figure.subplots()
         for label in (label for label in episodes if label in _draw.LOOKS):
             _draw.err_curve(axes, episodes[label], label)
         _draw.threshold_line(axes, scenario.rendezvous.err_threshold)
         _draw.err_axes(axes)
-        n = setting.trials_of(scenario)
+        n = len(episodes["active"])
         axes.set_title(f"{scenario.n_robots} robots, {n} trials; bands: 95 % of the mean", loc="left")
         _draw.from_zero(figure)
         _draw.key(figure)

@@ -50,7 +50,7 @@ def make(setting: Setting, folder: Path) -> list[Claim]:
     """Draw, write the data, judge."""
     rooms = played(setting)
     write_data(folder, {f"{room}, {label}": e for room, of in rooms.items() for label, e in of.items()})
-    _draw_trial(folder / "fig7.png", rooms)
+    _draw_trial(folder / "fig7.png", rooms, setting)
     return _judged(rooms, setting)
 
 
@@ -63,7 +63,7 @@ def _judged(rooms: Played, setting: Setting) -> list[Claim]:
     return [_ratio(rooms, setting), *_counts(rooms, setting)]
 
 
-def _draw_trial(path: Path, rooms: Played) -> None:
+def _draw_trial(path: Path, rooms: Played, setting: Setting) -> None:
     """Trial 0: a column for each room, a row for each policy."""
     labels = [label for label in ("active", "random", "random, every step") if label in rooms[CHANGED[0]]]
     with _draw.page(path, (9.6, 2.3 * len(labels))) as figure:
@@ -72,7 +72,7 @@ def _draw_trial(path: Path, rooms: Played) -> None:
             axes, episode = grid[row, place], rooms[room][label][0]
             _draw.meetings(axes, episode)
             _draw.robots(axes, episode, _draw.LOOKS[label][0], label)
-            _draw.threshold_line(axes, ROOMS[room].rendezvous.err_threshold)
+            _draw.threshold_line(axes, setting.of(ROOMS[room]).rendezvous.err_threshold)
             _draw.err_axes(axes, left=place == 0)
             n = len(episode.meetings)
             axes.set_title(("" if row else f"{room}\n") + f"{label}: {n} rendezvous", fontsize=9)

@@ -39,7 +39,7 @@ def make(setting: Setting, folder: Path) -> list[Claim]:
     """Draw, write the data, judge."""
     rooms = played(setting)
     write_data(folder, {f"{room}, {label}": e for room, of in rooms.items() for label, e in of.items()})
-    _draw_all(folder / "fig8.png", rooms)
+    _draw_all(folder / "fig8.png", rooms, setting)
     return _judged(rooms, setting)
 
 
@@ -56,14 +56,14 @@ def _judged(rooms: Played, setting: Setting) -> list[Claim]:
     return [*held(HELD, WITHIN, active), _truth(rooms, setting)]
 
 
-def _draw_all(path: Path, rooms: Played) -> None:
+def _draw_all(path: Path, rooms: Played, setting: Setting) -> None:
     """A column for each room: mean Err with bands, then the mean of each robot."""
     with _draw.page(path, (9.6, 5.6)) as figure:
         grid = figure.subplots(2, len(rooms), squeeze=False, sharex=True)
         for (row, panel), (place, room) in product(enumerate((_team, _each)), enumerate(rooms)):
             axes = grid[row, place]
             panel(axes, rooms[room])
-            _draw.threshold_line(axes, ROOMS[room].rendezvous.err_threshold)
+            _draw.threshold_line(axes, setting.of(ROOMS[room]).rendezvous.err_threshold)
             _draw.err_axes(axes, left=place == 0)
         _draw.from_zero(figure)
         for axes, room in zip(grid[0], rooms, strict=True):

@@ -50,7 +50,7 @@ def make(setting: Setting, folder: Path) -> list[Claim]:
     """Draw, write the data, judge."""
     played = _played(setting)
     write_data(folder, {f"{where}, {label}": e for where, of in played.items() for label, e in of.items()})
-    _draw_lights(folder / "fig9.png", played)
+    _draw_lights(folder / "fig9.png", played, setting)
     return _judged(played)
 
 
@@ -70,7 +70,7 @@ def _judged(played: Played) -> list[Claim]:
     return [_dark_as_light(played), _gain(played), _blind(played)]
 
 
-def _draw_lights(path: Path, played: Played) -> None:
+def _draw_lights(path: Path, played: Played, setting: Setting) -> None:
     """A row for each light: trial 0 of active with its calls shaded, then all trials of every policy."""
     room = next(iter(ROOMS))
     with _draw.page(path, (9.6, 5.6)) as figure:
@@ -86,7 +86,7 @@ def _draw_lights(path: Path, played: Played) -> None:
                 _draw.err_curve(every, episodes, label)
             every.set_title(f"{light}: {len(of['active'])} trials", loc="left")
             for axes, left in ((one, True), (every, False)):
-                _draw.threshold_line(axes, changed(ROOMS[room]).rendezvous.err_threshold)
+                _draw.threshold_line(axes, setting.of(changed(ROOMS[room])).rendezvous.err_threshold)
                 _draw.err_axes(axes, left=left)
         _draw.from_zero(figure)
         _draw.key(figure)

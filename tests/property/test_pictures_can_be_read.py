@@ -6,10 +6,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from support.layouts import assert_readable, saved_figures
+from support.layouts import assert_readable, curves, saved_figures
 
-from baselines.reproduce import _draw, _draw_outliers
+from baselines.evaluation.episodes import Episode
+from baselines.reproduce import _draw, _draw_outliers, fig8
 from baselines.reproduce._outlier_trials import METHODS
+from baselines.reproduce._runs import Setting
+from baselines.reproduce._two_robots import ROOMS
 from baselines.reproduce.encounter_grid import ODOMETRY
 from benchmarks import outliers, real_csi
 from envs._describe_picture import draw_room
@@ -104,3 +107,20 @@ def test_no_circle_of_a_room_is_cut(monkeypatch: pytest.MonkeyPatch, tmp_path: P
         box = circle.get_extents().transformed(axes.transData.inverted())
         assert low <= box.x0 <= box.x1 <= high
         assert low <= box.y0 <= box.y1 <= high
+
+
+def test_figure_8_draws_the_threshold_that_was_played(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The scenario's own is 10; a run under a changed assumption has another."""
+    saved, rng = saved_figures(monkeypatch), np.random.default_rng(3)
+    trials = [object.__new__(Episode) for _ in range(3)]
+    for trial in trials:
+        object.__setattr__(trial, "steps", {"err": 40.0 * curves(2, 9, rng).T})
+    rooms = {room: dict.fromkeys(("active", "random", "random, every step"), trials) for room in ROOMS}
+    setting = Setting(trials=3, seed=0, cache=tmp_path, changes={"err_threshold": 5.0})
+    fig8._draw_all(tmp_path / "fig8.png", rooms, setting)
+    assert_readable(saved[0])
+    labels = {text.get_text() for text in saved[0].legends[0].get_texts()}
+    assert "threshold 5" in labels
+    assert {"active", "active, robot 0"} <= labels
