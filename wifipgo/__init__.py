@@ -8,6 +8,7 @@ module that it belongs to. What a name needs is loaded when it is asked for.
 from typing import TYPE_CHECKING
 
 import wifipgo.command.early_interrupts  # noqa: F401 (first: what follows may take long to load)
+from wifipgo.command.own_packages import explain_shadows
 from wifipgo.former_names import answer_to_former_names
 from wifipgo.lazy_face import face
 
@@ -46,6 +47,7 @@ __all__ = [
 ]
 
 answer_to_former_names()
+explain_shadows()
 if not TYPE_CHECKING:
     __getattr__, __dir__ = face(
         __name__,

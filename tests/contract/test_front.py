@@ -141,6 +141,22 @@ def test_programs_are_told_what_shadows_a_package(shadow: str, tmp_path: Path) -
     assert "rename it" in last
 
 
+@pytest.mark.parametrize("line", ["from envs import rendezvous_v0", "import envs.rendezvous_v0"])
+def test_what_only_the_shadowed_package_has_is_missed_with_a_reason(line: str, tmp_path: Path) -> None:
+    """As soon as wifipgo is there; what nobody has is missing as ever."""
+    (tmp_path / "envs").mkdir()
+    (tmp_path / "envs" / "__init__.py").write_text("", encoding="utf-8")
+    (tmp_path / "mine.py").write_text(
+        "import wifipgo\ntry:\n    import envs.nothing\nexcept ModuleNotFoundError as missing:\n"
+        f"    print(missing)\n{line}\n",
+        encoding="utf-8",
+    )
+    done = python(tmp_path, "-S", "mine.py")  # without what an installation for development finds
+    assert done.stdout == "No module named 'envs.nothing'\n"
+    said = f"ImportError: {tmp_path / 'envs'} shadows the package 'envs' of wifipgo"
+    assert done.stderr.splitlines()[-1].startswith(said)
+
+
 def test_benchmarks_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench"]) == 0
     printed = capsys.readouterr().out

@@ -74,6 +74,25 @@ def test_pages_name_no_private_module_to_import() -> None:
     assert not {name: lines for name, lines in found.items() if lines}
 
 
+def test_the_library_loads_neither_tables_nor_pictures_nor_learning() -> None:
+    """Its face and wings, and what they need; a name of the face loads no more than that."""
+    modules = "wifipgo, wifipgo.world, wifipgo.radio, wifipgo.graph, wifipgo.loop, wifipgo.scenarios"
+    heavy = LEARNING | {"pandas", "matplotlib", "pyarrow", "rich", "tyro"}
+    code = f"import sys; import {modules}; [getattr(wifipgo, name) for name in wifipgo.__all__]"
+    code = f"{code}; print(sorted({heavy} & sys.modules.keys()))"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+def test_the_face_loads_what_is_asked_for() -> None:
+    """Modules below it are found as before, without an import of their own."""
+    code = "import sys, wifipgo; print('numpy' in sys.modules, wifipgo.scenarios.__name__, *dir(wifipgo))"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    loaded, module, *names = done.stdout.split()
+    assert (loaded, module) == ("False", "wifipgo.scenarios")
+    assert {"Scenario", "solve", "__version__"} <= set(names)
+
+
 def test_importing_train_loads_no_torch() -> None:
     """Its public names do, when they are asked for; a name that does not exist is an AttributeError."""
     code = "import sys, train; assert not hasattr(train, 'TeamVec'); assert 'torch' not in sys.modules"

@@ -2,7 +2,8 @@
 
 ``envs``, ``train`` and ``baselines`` are names that others use too. The command ``wifipgo`` finds its own
 packages first (`find_own_first`) and leaves the current folder out (`leave_out_current_folder`). Where
-Python takes another one, in ``python -m baselines.evaluate`` or a program, `check_floors` says which.
+Python takes another one, in ``python -m baselines.evaluate`` or a program, `check_floors` says which, and so
+does an import of what only the project's package has (`explain_shadows`).
 """
 
 import os
@@ -27,6 +28,35 @@ class OwnPackages(MetaPathFinder):
     ) -> ModuleSpec | None:
         """Claim the four names, and nothing else."""
         return PathFinder.find_spec(fullname, [str(ROOT)]) if fullname in FLOORS else None
+
+
+class Shadowed(MetaPathFinder):
+    """Comes last: says what is wrong where a module is asked for that only the project's package has."""
+
+    def find_spec(
+        self, fullname: str, path: Iterable[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Find nothing.
+
+        Raises:
+            ImportError: The module is the project's, and the package that was asked is another.
+        """
+        package, dot, _ = fullname.partition(".")
+        if dot and package in FLOORS and _is_own(fullname):
+            check_floors(package)
+        return None
+
+
+def _is_own(module: str) -> bool:
+    """Whether the project has a module of that name."""
+    place = ROOT.joinpath(*module.split("."))
+    return place.is_dir() or place.with_suffix(".py").is_file()
+
+
+def explain_shadows() -> None:
+    """Let imports in this process that a package of others' makes fail say so."""
+    if not any(isinstance(finder, Shadowed) for finder in sys.meta_path):
+        sys.meta_path.append(Shadowed())
 
 
 def find_own_first() -> None:
