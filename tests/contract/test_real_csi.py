@@ -9,8 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tyro
 from support.data_dir import data_dir
 from support.synthetic_run import write_run
+
+from benchmarks import real_csi
+from wifipgo.command.command_line import exit_code
 
 BENCHMARK = Path(__file__).resolve().parents[2] / "benchmarks" / "real_csi.py"
 SPOTS_M = {"tx2": (-2.4, 2.6, 0.7), "tx3": (2.5, -2.6, 0.5)}
@@ -52,11 +56,16 @@ def test_the_pack_and_its_raw_run(tmp_path: Path) -> None:
     assert all(target["reached"] for target in content["targets"])
 
 
+def run_here(*arguments: str | Path) -> int:
+    """Exit code; what it says goes to this process's streams."""
+    return exit_code(lambda: tyro.cli(real_csi.main, args=[*map(str, arguments)]))
+
+
 def test_runs_without_a_toolbox_and_two_links(tmp_path: Path) -> None:
     """No ratio, no interval of two links, nothing to reject: dashes, and null in the JSON."""
     write_run(tmp_path / "data" / "my_run", transmitters_m=SPOTS_M, seed=3)
-    done = run("--data", tmp_path / "data", "--json", tmp_path / "out.json", "--picture", tmp_path / "p.png")
-    assert done.returncode == 0, done.stderr
+    asked = ("--json", tmp_path / "out.json", "--picture", tmp_path / "p.png")
+    assert run_here("--data", tmp_path / "data", *asked) == 0
     content = json.loads((tmp_path / "out.json").read_text("utf-8"))
     assert content["targets"] == []
     assert [link["toolbox_error_deg"] for link in content["links"]] == [None, None]
@@ -64,17 +73,17 @@ def test_runs_without_a_toolbox_and_two_links(tmp_path: Path) -> None:
     assert {entry["group"] for entry in content["groups"]} == {"my_run", "all"}
 
 
-def test_bad_input_is_one_line(tmp_path: Path) -> None:
+def test_bad_input_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     damaged = tmp_path / "damaged"
     damaged.mkdir()
     (damaged / "pack.npz").write_bytes(b"no pack")
     empty = tmp_path / "empty"
     empty.mkdir()
     for path, word in ((tmp_path / "nowhere", "no such"), (empty, "no .npz pack"), (damaged, "pack.npz")):
-        done = run("--data", path, "--json", tmp_path / "out.json")
-        assert done.returncode == 2
-        assert done.stderr.startswith("error: ")
-        assert done.stderr.count("\n") == 1
-        assert word in done.stderr
+        assert run_here("--data", path, "--json", tmp_path / "out.json") == 2
+        said = capsys.readouterr().err
+        assert said.startswith("error: ")
+        assert said.count("\n") == 1
+        assert word in said
     assert not (tmp_path / "out.json").exists()
     shutil.rmtree(damaged)
