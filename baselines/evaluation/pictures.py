@@ -21,8 +21,8 @@ def _tasks(plan: Plan, tables: Tables, folder: Path) -> list[Task]:
     trial = median_trial(tables.episodes).number
     seed, path = trial_seed(plan.seed, trial), run_folder.episode_path
     return [
-        Task(plan.scenario, policy, trial, seed, path(folder, place, trial))
-        for place, policy in enumerate(plan.policies)
+        Task(plan.scenario, spec.label, trial, seed, path(folder, place, trial), str(spec))
+        for place, spec in enumerate(plan.specs)
     ]
 
 

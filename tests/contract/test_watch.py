@@ -113,7 +113,7 @@ def test_a_failure_leaves_nothing_and_replaces_nothing(
         (["--out", "/proc/run.mp4"], "out must be in a folder that takes files (No such file or directory)"),
         (["--out", "run.png", "--scenario", "paper"], "unknown scenario 'paper'; known: paper-hw-2,"),
         (["--out", "run.png", "--policy", "nobody"], "unknown policy 'nobody'; known: active,"),
-        (["--out", "run.png", "--policy", "active:gain=1"], "'gain'; known: err_threshold"),
+        (["--out", "run.png", "--policy", "active:gain=1"], "'gain'; known: "),
         (["--out", "run.png", "--set", "n_obstacle=4"], "unknown scenario field 'n_obstacle'; known: "),
         (["--out", "run.png", "--set", "n_obstacles"], "must be KEY=VALUE"),
         (["--out", "run.png", "--seed", "-1"], "seed must be >= 0, got -1"),

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.layouts import assert_readable, curves, saved_figures
 
+from baselines.evaluation import pictures
 from baselines.evaluation.arena_picture import draw_arena, window
 from baselines.evaluation.episodes import Episode
 from baselines.evaluation.err_picture import draw_err
@@ -20,6 +21,7 @@ from baselines.evaluation.plots import bands, by_trial, names_of, wrapped
 from baselines.evaluation.run_folder import Tables
 from baselines.evaluation.score_picture import draw_score
 from baselines.evaluation.statistics import bootstrap
+from baselines.policies.specs import Spec
 from wifipgo.scenarios import scenario_named
 from wifipgo.world.layout import room_walls
 
@@ -36,10 +38,11 @@ def plan_of(policies: Sequence[str], trials: int) -> Plan:
     plan = object.__new__(Plan)
     values = {
         "scenario": SCENARIO,
-        "policies": tuple(policies),
+        "specs": tuple(Spec(policy, "", "random", ()) for policy in policies),
         "trials": trials,
         "seed": 0,
         "trials_from": 0,
+        "against": "",
     }
     for name, value in values.items():
         object.__setattr__(plan, name, value)
@@ -166,6 +169,15 @@ def test_lines_fit(text: str, width: int, most: int) -> None:
     lines = wrapped(text, width, most_lines=most).split("\n")
     assert len(lines) <= most
     assert all(len(line) <= width for line in lines)
+
+
+def test_what_is_played_again_is_the_policy_behind_the_label() -> None:
+    """Where parts were joined, the episodes to show may be in none of them."""
+    rng, plan = np.random.default_rng(4), plan_of(["mine", "other"], 2)
+    tables = tables_of([episode(policy, rng, trial) for policy in plan.policies for trial in range(2)])
+    tasks = pictures._tasks(plan, tables, Path("folder"))
+    assert [(task.policy, task.spec) for task in tasks] == [("mine", "random"), ("other", "random")]
+    assert pictures.episodes_to_show(plan, tables) == [task.path.name for task in tasks]
 
 
 def test_names_stay_apart() -> None:
