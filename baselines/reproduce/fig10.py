@@ -23,7 +23,7 @@ from baselines.reproduce._claims import (
     judged,
     row,
 )
-from baselines.reproduce._outlier_trials import METHODS, Arrays, Cell, OutlierTrial
+from baselines.reproduce._outlier_trials import KEEP_ALL, METHODS, Arrays, Cell, OutlierTrial
 from baselines.reproduce._runs import TRIALS, Setting, changed
 from baselines.reproduce.encounter_grid import ODOMETRY, OUTLIERS, encounter_grid
 from wifipgo.scenarios import Scenario
@@ -70,7 +70,7 @@ CALLED |= {"bearing": "bearings as measurements (default)"}
 def _trials(scenario: Scenario, setting: Setting) -> list[OutlierTrial]:
     """One run for each world; none if the scenario refuses what is changed."""
     changed_too = setting.changed(scenario)
-    if changed_too is None:
+    if changed_too is None or setting.changed(scenario.with_overrides(**KEEP_ALL)) is None:
         return []
     digest = sha256(json.dumps(asdict(changed_too), sort_keys=True).encode()).hexdigest()[:16]
     return [
