@@ -106,7 +106,7 @@ class Plan:
     @property
     def reference(self) -> str:
         """Policy that the others are compared with: the one asked for, else ``active``, or the first."""
-        return self.against or "active" if "active" in self.policies else self.policies[0]
+        return self.against or ("active" if "active" in self.policies else self.policies[0])
 
     def record(self) -> dict[str, Any]:
         """All that decides the results, as plain JSON values."""
