@@ -45,7 +45,7 @@ class Edges(NamedTuple):
     beside: Bool[np.ndarray, "faces edges worlds"]
 
 
-@functools.lru_cache(maxsize=8)
+@functools.lru_cache(maxsize=64)
 def edges_of(scenes: Scenes) -> Edges:
     """Edges of all worlds; of those with fewer, padded."""
     each = [_edges_of(surfaces) for surfaces in scenes.each]
@@ -69,7 +69,7 @@ def edges_of(scenes: Scenes) -> Edges:
     )
 
 
-@functools.lru_cache(maxsize=8)
+@functools.lru_cache(maxsize=64)
 def points_at(scenes: Scenes) -> Points:
     """All edges as points of their worlds: those of the first edge of each world, then the second."""
     at_m = edges_of(scenes).at_m
@@ -88,7 +88,7 @@ class _Corners(NamedTuple):
     beside: Bool[np.ndarray, "faces edges"]
 
 
-@functools.lru_cache(maxsize=256)
+@functools.lru_cache(maxsize=512)
 def _edges_of(surfaces: Surfaces) -> _Corners:
     """Edges of one scene."""
     faces_m = surfaces.ends_m[surfaces.n_walls :]
