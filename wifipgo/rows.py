@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Int, Shaped
+from jaxtyping import Int, Shaped, UInt64
 
 
 class Rows(NamedTuple):
@@ -45,26 +45,14 @@ class Rows(NamedTuple):
 
 
 class Generators:
-    """Generators of several worlds that draw as one: the first axis of a draw is cut into the worlds' shares.
+    """Generators of several worlds that draw as one: the first axis of a draw has as much of each.
 
     What a world gets is what it would draw alone. It has of `numpy.random.Generator` what a loop draws with.
     """
 
-    def __init__(
-        self, each: Sequence[np.random.Generator], counts: Int[np.ndarray, " worlds"] | None = None
-    ) -> None:
-        """Draw from one generator a world.
-
-        Args:
-            each: The generators.
-            counts: Items of each world along the first axis of what is drawn; the same for all without.
-        """
+    def __init__(self, each: Sequence[np.random.Generator]) -> None:
+        """Draw from one generator a world."""
         self.each = tuple(each)
-        self._ends = None if counts is None else np.cumsum(counts).tolist()
-
-    def per(self, counts: Int[np.ndarray, " worlds"]) -> "Generators":
-        """The same generators for lists with so many items of each world."""
-        return Generators(self.each, counts)
 
     def standard_normal(self, size: Any = None, dtype: Any = np.float64) -> Any:
         """Normal numbers of mean 0 and variance 1."""
@@ -108,15 +96,19 @@ class Generators:
         return out
 
     def _shares(self, out: np.ndarray) -> list[tuple[np.random.Generator, np.ndarray]]:
-        """Each world's generator, and its part of a draw; worlds without a part draw nothing."""
-        n_each = len(out) // len(self.each)
-        ends = self._ends or range(n_each, len(out) + 1, n_each)
-        begins = (0, *ends[:-1])
-        return [
-            (rng, out[begin:end])
-            for rng, begin, end in zip(self.each, begins, ends, strict=True)
-            if end > begin
-        ]
+        """Each world's generator, and its part of a draw."""
+        n = len(out) // len(self.each)
+        return [(rng, out[k * n : (k + 1) * n]) for k, rng in enumerate(self.each)]
 
 
 Chance = np.random.Generator | Generators
+
+
+def draw_keys(rng: Chance, n_worlds: int) -> UInt64[np.ndarray, " worlds"]:
+    """One key of 64 random bits a world, from which `wifipgo.counters` makes numbers.
+
+    The streams move on by as much, whatever is made of the keys.
+    """
+    if isinstance(rng, Generators):
+        return np.array([one.bit_generator.random_raw() for one in rng.each], dtype=np.uint64)
+    return np.atleast_1d(rng.bit_generator.random_raw(n_worlds)).astype(np.uint64)

@@ -76,3 +76,16 @@ def test_a_world_among_others_meets_as_alone(how: dict[str, Any]) -> None:
         np.testing.assert_array_equal(team.calls.callee[rows], own_team.calls.callee)
         assert team.bytes_sent[k] == own_team.bytes_sent[0]
     assert (team.bytes_sent > 0).tolist() == [True, False, True]
+
+
+def test_what_a_meeting_loses_does_not_depend_on_the_meetings_before() -> None:
+    """Streams go on alike whoever meets, so robots that meet then lose the same messages."""
+    scenario = scenario_named("paper-sim-2", n_robots=N, kappa=KAPPA, backend="distributed", message_loss=0.3)
+    paths, log, team, rate = state(stacked(TEAMS), [0, 1, 2])
+    nobody = np.zeros_like(rate)
+    found = []
+    for before in (rate, nobody):
+        rng = Generators([np.random.default_rng(k) for k in range(len(TEAMS))])
+        exchange(paths, log, team, before, scenario=scenario, rng=rng)
+        found.append(exchange(paths, log, team, rate, scenario=scenario, rng=rng)[2].bytes_sent)
+    np.testing.assert_array_equal(*found)

@@ -213,7 +213,7 @@ def test_profiles_are_those_of_each_world_alone(estimator: str, changes: dict[st
     wanted[worlds.of(1)] = False
     receiver, peer = np.nonzero(wanted)
     sender, world = receiver // N_ROBOTS * N_ROBOTS + peer, receiver // N_ROBOTS
-    rng = Generators(generators(n_worlds, 2)).per(np.bincount(world, minlength=n_worlds))
+    rng = Generators(generators(n_worlds, 2))
     options: dict[str, Any] = {"radio": radio, "turn": turn}
     got = listen(links, receiver, sender, worlds.yaw_rad, rng=rng, standing=kept, **options)
     assert got.max() > 0.3

@@ -13,11 +13,11 @@ from wifipgo.graph.outliers.methods import OUTLIER_METHODS, direction_weights
 from wifipgo.radio.aoa.estimators import AoaConfig
 from wifipgo.radio.aoa.peaks import Peaks, find_peaks
 from wifipgo.radio.channel.csi import RadioConfig
-from wifipgo.radio.channel.impairments import EpisodeImpairments
+from wifipgo.radio.channel.impairments import EpisodeImpairments, link_chance
 from wifipgo.radio.links import Links
 from wifipgo.radio.turn_profiles import listen
 from wifipgo.rendezvous import NOBODY, Calls, choose_slots
-from wifipgo.rows import Chance, Generators, Rows
+from wifipgo.rows import Chance, Rows
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Paths
 from wifipgo.world.sensing import RelativePoses, indices
@@ -86,25 +86,18 @@ def _profiles(
 ) -> Float[np.ndarray, "links grid"]:
     """One profile for each link, in one product for each kind of antennas that a receiver carries."""
     rows = Rows.of(*links.rate_mbit_s.shape)
+    chance = link_chance(rng, receiver, sender, rows=rows)
     hear = functools.partial(listen, links, yaw_rad=yaw_rad, standing=standing)
     if not scenario.turn.antenna_scale:
-        own = _chance_of(rng, receiver, rows)
-        return hear(receiver, sender, radio=scenario.radio, turn=scenario.turn, rng=own)
+        return hear(receiver, sender, radio=scenario.radio, turn=scenario.turn, rng=chance)
     scale = np.array(scenario.turn.antenna_scale)[rows.peer(receiver)]
     profile = np.zeros((len(receiver), scenario.turn.n_azimuths), dtype=np.float32)
     for one in np.unique(scale).tolist():
         alike = np.flatnonzero(scale == one)
         radio, turn = _scaled(scenario.radio, scenario.turn, one)
-        own = _chance_of(rng, receiver[alike], rows)
+        own = chance.some(alike)
         profile[alike] = hear(receiver[alike], sender[alike], radio=radio, turn=turn, rng=own)
     return profile
-
-
-def _chance_of(rng: Chance, receiver: Int[np.ndarray, " links"], rows: Rows) -> Chance:
-    """Chance of links, each by the world of its receiver."""
-    if isinstance(rng, Generators):
-        return rng.per(np.bincount(rows.world(receiver), minlength=rows.n_worlds))
-    return rng
 
 
 @functools.lru_cache(maxsize=64)

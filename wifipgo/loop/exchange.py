@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt64
 
 from wifipgo.graph.backends import BACKENDS, Solution
 from wifipgo.graph.config import GraphConfig
@@ -17,7 +17,7 @@ from wifipgo.graph.edges import Edges, group_of, refresh_reported_within
 from wifipgo.graph.outliers.methods import OUTLIER_METHODS
 from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
 from wifipgo.rendezvous import NOBODY, due_groups
-from wifipgo.rows import Chance, Generators, Rows
+from wifipgo.rows import Chance, Rows, draw_keys
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import MeasurementLog, Paths, Team
 
@@ -69,11 +69,13 @@ def exchange(
         rng: Chance of messages that are lost.
     """
     kappa, q_mbit_s = scenario.rendezvous.kappa, scenario.link.q_mbit_s
+    # Whoever meets: what a meeting loses depends on the iteration and its members.
+    rows = Rows.of(*team.observed.shape)
+    keys = draw_keys(rng, rows.n_worlds) if scenario.graph.message_loss > 0.0 else None
     groups = due_groups(team.observed, rate_mbit_s, kappa=kappa, q_mbit_s=q_mbit_s)
     if not groups:
         return paths, log, team
-    rows = Rows.of(*team.observed.shape)
-    meetings = _meet(paths, log, team, groups, cfg=scenario.graph, chances=_chances(rng, groups, rows))
+    meetings = _meet(paths, log, team, groups, cfg=scenario.graph, chances=_chances(keys, groups, rows))
     world = rows.world(np.array([group[0] for group in groups]))
     sent = np.bincount(world, meetings.bytes_sent, minlength=rows.n_worlds).astype(np.int64)
     team = team._replace(bytes_sent=team.bytes_sent + sent)
@@ -81,10 +83,16 @@ def exchange(
     return meetings.paths, log._replace(edges=meetings.edges), _met(team, served, paths.t)
 
 
-def _chances(rng: Chance, groups: Sequence[Group], rows: Rows) -> list[np.random.Generator]:
-    """Each group's world's own chance."""
-    each = rng.each if isinstance(rng, Generators) else (rng,)
-    return [each[group[0] // rows.n_robots] for group in groups]
+def _chances(
+    keys: UInt64[np.ndarray, " worlds"] | None, groups: Sequence[Group], rows: Rows
+) -> Sequence[np.random.Generator | None]:
+    """Each group's own chance, by its world's key and its members' numbers there; none without keys."""
+    if keys is None:
+        return [None] * len(groups)
+    return [
+        np.random.default_rng([int(keys[group[0] // rows.n_robots]), *(row % rows.n_robots for row in group)])
+        for group in groups
+    ]
 
 
 def _met(team: Team, groups: Sequence[Group], t: int) -> Team:
@@ -120,7 +128,7 @@ def _meet(
     groups: Sequence[Group],
     *,
     cfg: GraphConfig,
-    chances: Sequence[np.random.Generator],
+    chances: Sequence[np.random.Generator | None],
 ) -> Meetings:
     """Exchange what the way of solving needs, solve (Eq. 3), and tell each other the new poses.
 

@@ -15,11 +15,17 @@ from wifipgo.radio.aoa.steering import azimuth_grid, turn_steering
 from wifipgo.radio.channel import csi
 from wifipgo.radio.channel.bands import band_of
 from wifipgo.radio.channel.csi import RadioConfig
-from wifipgo.radio.channel.impairments import EpisodeImpairments, ImpairmentConfig, true_headings
+from wifipgo.radio.channel.impairments import (
+    EpisodeImpairments,
+    ImpairmentConfig,
+    LinkChance,
+    link_chance,
+    true_headings,
+)
 from wifipgo.radio.channel.receiver import draw_reception, receive
 from wifipgo.radio.links import Links
 from wifipgo.radio.propagation.paths import Paths
-from wifipgo.rows import Chance
+from wifipgo.rows import Rows
 
 Antennas = tuple[Sequence[float], ...]
 
@@ -117,7 +123,7 @@ def listen(
     *,
     radio: RadioConfig,
     turn: AoaConfig,
-    rng: Chance,
+    rng: LinkChance,
     standing: EpisodeImpairments | None = None,
 ) -> Float[np.ndarray, "links grid"]:
     """Profiles of chosen links from the packets that arrive while the receivers turn.
@@ -129,7 +135,7 @@ def listen(
         yaw_rad: True headings at the end of the turn, which are the body frames.
         radio: Transmitter and receiver.
         turn: Turn and estimator.
-        rng: The channel's stream; of several worlds, for as many links as each has here.
+        rng: The channel's stream, or the `link_chance` that was made of it.
         standing: Impairments; the defaults of `ImpairmentConfig` without.
 
     Returns:
@@ -137,6 +143,7 @@ def listen(
         heard: no path, no rate that passes, or no packet that arrived.
     """
     cfg = ImpairmentConfig() if standing is None else standing.cfg
+    rng = link_chance(rng, receiver, sender, rows=Rows.of(*links.rate_mbit_s.shape))
     schedule = _schedule(turn, radio.antennas_m, radio.wavelength_m)
     heading_rad = true_headings(yaw_rad[receiver, None] + schedule.relative_rad[None], cfg, rng=rng)
     paths, n_antennas = _towards(links, receiver, sender), len(radio.antennas_m) or 2

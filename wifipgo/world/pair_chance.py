@@ -7,14 +7,14 @@ Steele et al., OOPSLA 2014), of which any number can be had without those before
 """
 
 import numpy as np
-from jaxtyping import Float, Int, UInt64
+from jaxtyping import Float, Int
 from scipy.special import ndtri
 
+from wifipgo.counters import STEP, mixed, unit_interval
 from wifipgo.rows import Chance
 
 # Teams of at most so many draw for all pairs.
 _MOST_DRAWN = 100
-_STEP, _MIX_A, _MIX_B = (np.uint64(k) for k in (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB))
 
 
 def pair_normals(
@@ -60,12 +60,4 @@ def _hashed(
     key = rng.integers(2**63, size=shape[0] // n).astype(np.uint64)
     pair = (row % n * n + peer).astype(np.uint64)
     counter = pair[:, None] * np.uint64(k) + np.arange(1, k + 1, dtype=np.uint64)
-    bits = _mixed(key[row // n][:, None] + _STEP * counter)
-    return ((bits >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
-
-
-def _mixed(z: UInt64[np.ndarray, "*n"]) -> UInt64[np.ndarray, "*n"]:
-    """Bits that look random, of numbers that may be in a row."""
-    z = (z ^ (z >> np.uint64(30))) * _MIX_A
-    z = (z ^ (z >> np.uint64(27))) * _MIX_B
-    return z ^ (z >> np.uint64(31))
+    return unit_interval(mixed(key[row // n][:, None] + STEP * counter))

@@ -11,11 +11,12 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
+from wifipgo.counters import Counters
 from wifipgo.errors import require_within
 from wifipgo.radio.propagation.diffuse_scattering import Diffuse, draw_diffuse
-from wifipgo.rows import Chance
+from wifipgo.rows import Chance, Rows, draw_keys
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,7 +89,9 @@ def draw_episode_impairments(
     cfg: ImpairmentConfig, *, n_robots: int, n_antennas: int, size_m: float, rng: Chance, n_worlds: int = 1
 ) -> EpisodeImpairments:
     """Draw what holds for a whole episode of each world in rooms of ``size_m`` x ``size_m``."""
-    chain_rad = cfg.chain_phase_rad * rng.standard_normal((n_worlds * n_robots, n_antennas))
+    # For as many chains as a receiver may have, so that scatterers do not depend on how many it has.
+    phase = rng.standard_normal((n_worlds * n_robots, _MOST_CHAINS))
+    chain_rad = cfg.chain_phase_rad * phase[:, :n_antennas]
     chain_rad[:, 0] = 0.0
     diffuse = None
     if cfg.diffuse_ratio > 0.0:
@@ -102,11 +105,40 @@ def draw_episode_impairments(
     return EpisodeImpairments(cfg, chain_rad, diffuse)
 
 
+_MOST_CHAINS = 3
+# Causes of chance at a reception: a stream each. A new one goes last.
+_CAUSES = ("heading", "noise", "oscillator", "arrival")
+LinkChance = Chance | Counters
+
+
+def link_chance(
+    rng: LinkChance, receiver: Int[np.ndarray, " links"], sender: Int[np.ndarray, " links"], *, rows: Rows
+) -> Counters:
+    """Chance of links in one iteration, a function of receiver and sender whatever other links there are.
+
+    Args:
+        rng: The channel's stream, from which each world draws a key; or what was made of it before.
+        receiver: Row of each link's receiver.
+        sender: Row of its sender.
+        rows: Which robots are of which world.
+    """
+    if isinstance(rng, Counters):
+        return rng
+    world = Counters(draw_keys(rng, rows.n_worlds)[rows.world(receiver)])
+    pair = (rows.peer(receiver) << 32) + rows.peer(sender)
+    return world.split(pair.astype(np.uint64))
+
+
+def chance_of(cause: str, rng: LinkChance) -> LinkChance:
+    """Chance of one cause: a stream of its own, unless a single generator draws for all of them."""
+    return rng.stream(_CAUSES.index(cause)) if isinstance(rng, Counters) else rng
+
+
 def true_headings(
-    heading_rad: Float[np.ndarray, "links positions"], cfg: ImpairmentConfig, *, rng: Chance
+    heading_rad: Float[np.ndarray, "links positions"], cfg: ImpairmentConfig, *, rng: LinkChance
 ) -> Float[np.ndarray, "links positions"]:
     """Where the receiver really looks when it believes ``heading_rad``."""
     true_rad = heading_rad + cfg.heading_bias_rad
     if cfg.heading_noise_rad > 0.0:
-        true_rad += cfg.heading_noise_rad * rng.standard_normal(true_rad.shape)
+        true_rad += cfg.heading_noise_rad * chance_of("heading", rng).standard_normal(true_rad.shape)
     return true_rad

@@ -16,7 +16,7 @@ from scipy.special import ndtri
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import require
 from wifipgo.radio.channel.bands import SUBCARRIER_SPACING_HZ, band_of
-from wifipgo.radio.channel.impairments import ImpairmentConfig
+from wifipgo.radio.channel.impairments import ImpairmentConfig, LinkChance, chance_of
 from wifipgo.rows import Chance
 
 # Largest I or Q of a report of signed bytes.
@@ -56,7 +56,7 @@ def white_noise(shape: tuple[int, ...], *, amplitude: float = 1.0, rng: Chance) 
     return windows[_offsets(len(windows), shape[0], rng)].reshape(shape)
 
 
-def _offsets(n_windows: int, n_links: int, rng: Chance) -> Int[np.ndarray, " links"]:
+def _offsets(n_windows: int, n_links: int, rng: LinkChance) -> Int[np.ndarray, " links"]:
     """A block for each link; by a draw that costs a tenth of one of whole numbers."""
     return (rng.random(n_links) * n_windows).astype(np.int64)
 
@@ -121,21 +121,21 @@ class Reception(NamedTuple):
 
 
 def draw_reception(
-    shape: tuple[int, ...], cfg: ImpairmentConfig, *, rng: Chance, skip_common_phase: bool = False
+    shape: tuple[int, ...], cfg: ImpairmentConfig, *, rng: LinkChance, skip_common_phase: bool = False
 ) -> Reception:
-    """Draw for CSI of a shape (links, antennas, positions, subcarriers).
+    """Draw for CSI of a shape (links, antennas, positions, subcarriers), each cause from its own stream.
 
     With ``skip_common_phase`` the caller only compares antennas of one packet and subcarrier, so that what
     the oscillator and the timing do to both cancels: it is not drawn where nothing else looks at I and Q.
     """
     noise = oscillator = arrives = None
     if cfg.noise_floor:
-        noise = _offsets(len(_windows(shape, 1.0)), shape[0], rng)
+        noise = _offsets(len(_windows(shape, 1.0)), shape[0], chance_of("noise", rng))
     turned = cfg.common_phase or cfg.timing_jitter_s > 0.0
     if turned and (not skip_common_phase or cfg.agc or cfg.int8):
-        oscillator = rng.integers(_OSCILLATOR_TABLE_SIZE, size=(shape[0], shape[2]))
+        oscillator = chance_of("oscillator", rng).integers(_OSCILLATOR_TABLE_SIZE, size=(shape[0], shape[2]))
     if cfg.packet_loss > 0.0:
-        arrives = rng.random((shape[0], shape[2]), dtype=np.float32) >= cfg.packet_loss
+        arrives = chance_of("arrival", rng).random((shape[0], shape[2]), dtype=np.float32) >= cfg.packet_loss
     return Reception(noise, oscillator, arrives)
 
 
