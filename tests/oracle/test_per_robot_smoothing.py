@@ -155,6 +155,7 @@ def heard_a_place(off_rad: float, told_sigma_m: float) -> np.ndarray:
     )
     ping = Pings(
         observer=np.array([[0, 1]]),
+        sender=np.array([1]),
         azimuth_rad=np.array([off_rad]),
         sigma_rad=np.array([0.05]),
         point_m=np.array([[30.0, 0.0]]),

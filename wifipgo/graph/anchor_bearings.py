@@ -11,13 +11,15 @@ class Pings(NamedTuple):
 
     Attributes:
         observer: (robot, index) of the pose in whose frame the direction is; that robot heard.
+        sender: The robot that it heard.
         azimuth_rad: The direction.
         sigma_rad: Its standard deviation where it is that of the direct path.
         point_m: Where the other then thought it was, in the world.
-        covariance_m2: How well it knew.
+        covariance_m2: How well it knew, times how many pings of it the observer had by then.
     """
 
     observer: Int[np.ndarray, "pings 2"]
+    sender: Int[np.ndarray, " pings"]
     azimuth_rad: Float[np.ndarray, " pings"]
     sigma_rad: Float[np.ndarray, " pings"]
     point_m: Float[np.ndarray, "pings 2"]
@@ -25,7 +27,12 @@ class Pings(NamedTuple):
 
 
 NO_PINGS = Pings(
-    np.zeros((0, 2), dtype=np.int64), np.zeros(0), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 2))
+    np.zeros((0, 2), dtype=np.int64),
+    np.zeros(0, dtype=np.int64),
+    np.zeros(0),
+    np.zeros(0),
+    np.zeros((0, 2)),
+    np.zeros((0, 2, 2)),
 )
 
 

@@ -152,20 +152,38 @@ def _peaks_along(others: RelativePoses, heard: Heard) -> Peaks:
     return Peaks(*(column[link] for column in heard.peaks))
 
 
-def pings_of(heard: Heard, paths: Paths, scenario: Scenario) -> Pings:
-    """Directions of the robots in the slots, which say in each packet where they think they are."""
+def pings_of(heard: Heard, before: Pings, others: RelativePoses, paths: Paths, scenario: Scenario) -> Pings:
+    """Directions of the robots in the slots, which say in each packet where they think they are.
+
+    What one sender says at different times is nearly the same, and partly what it was told: the k-th ping of
+    a sender counts a k-th, as places go, so that many are hardly surer than one. Where the outlier method
+    takes the direction of a robot in view for a measurement, it is not taken twice.
+
+    Args:
+        heard: Profiles and their peaks.
+        before: Pings so far.
+        others: Robots in view, as measured.
+        paths: What robots think where they are, and how well they know.
+        scenario: Says whether pings are made use of.
+    """
     if not scenario.graph.aoa_factors:
         return NO_PINGS
-    robot, slot = np.nonzero(heard.slots != NOBODY)
+    n, (robot, slot) = heard.row.shape[1], np.nonzero(heard.slots != NOBODY)
     peer = heard.slots[robot, slot]
-    other = robot - robot % heard.row.shape[1] + peer
     peaks = Peaks(*(column[heard.row[robot, peer]] for column in heard.peaks))
-    loud = peaks.height[:, 0] > 0.0
-    robot, other = robot[loud], other[loud]
+    taken = np.zeros(heard.row.shape, dtype=bool)
+    if OUTLIER_METHODS[scenario.graph.outliers].bearings:
+        taken[others.tail[:, 0], others.head[:, 0] % n] = True
+    new = (peaks.height[:, 0] > 0.0) & ~taken[robot, peer]
+    robot, peer = robot[new], peer[new]
+    other = robot - robot % n + peer
+    n_heard = 1 + np.bincount(before.observer[:, 0] * n + before.sender % n, minlength=heard.row.size)
+    own_m2 = paths.covariance[other, :2, :2] + _LEAST_M2 * np.eye(2)
     return Pings(
         observer=indices(robot, paths.t),
-        azimuth_rad=peaks.azimuth_rad[loud, 0],
+        sender=other,
+        azimuth_rad=peaks.azimuth_rad[new, 0],
         sigma_rad=np.full(len(robot), scenario.graph.aoa_sigma_rad),
         point_m=paths.estimate[other, -1, :2],
-        covariance_m2=paths.covariance[other, :2, :2] + _LEAST_M2 * np.eye(2),
+        covariance_m2=n_heard[robot * n + peer, None, None] * own_m2,
     )

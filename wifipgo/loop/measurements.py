@@ -70,7 +70,8 @@ def log_measurements(
         found.append(_between_robots(others, belief.paths, weights_of(others, heard, scenario)))
     if len(places.z):
         found.append(Edges.measured(tail=places.tail, head=places.head, z=places.z, sigma=places.sigma))
-    directions, pings = bearings_of(others, heard, scenario), pings_of(heard, belief.paths, scenario)
+    directions = bearings_of(others, heard, scenario)
+    pings = pings_of(heard, log.pings, others, belief.paths, scenario)
     longer = MeasurementLog(
         edges=extended(log.edges, *found),
         bearings=extended_bearings(log.bearings, directions) if len(directions) else log.bearings,

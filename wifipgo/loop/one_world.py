@@ -117,4 +117,4 @@ def _bearings(bearings: Bearings, own: slice) -> Bearings:
 
 def _pings(pings: Pings, own: slice) -> Pings:
     mine = select_pings(pings, _mine(pings.observer[:, 0], own))
-    return mine._replace(observer=mine.observer - [own.start, 0])
+    return mine._replace(observer=mine.observer - [own.start, 0], sender=mine.sender - own.start)

@@ -269,7 +269,7 @@ class _IncrementalSmoother:
     ) -> None:
         """Bearings with Geman-McClure's loss to points that are known as well as they were told."""
         observers = keys(pings.observer, first_key)
-        for i, azimuth_rad, sigma_rad, point_m, covariance_m2 in zip(observers, *pings[1:], strict=True):
+        for i, azimuth_rad, sigma_rad, point_m, covariance_m2 in zip(observers, *pings[2:], strict=True):
             point, self._n_points = _FIRST_POINT + self._n_points, self._n_points + 1
             values.insert(point, point_m)
             graph.addPriorPoint2(point, point_m, gtsam.noiseModel.Gaussian.Covariance(covariance_m2))
