@@ -123,7 +123,7 @@ def _of_rooms(scenario: Scenario, streams: Streams) -> Errors:
         poses[:, 2],
         radio=scenario.radio,
         turn=scenario.turn,
-        rng=streams.channel.per(np.full(rows.n_worlds, n * (n - 1))),
+        rng=streams.channel,
         standing=world.standing,
     )
     peaks = find_peaks(profiles, n_peaks=1)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
-import wifipgo.loop.aoa_measurements
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.counters import Counters
 from wifipgo.radio.channel.impairments import ImpairmentConfig, link_chance, true_headings
 from wifipgo.radio.channel.receiver import draw_reception
+from wifipgo.radio.turn_profiles import listen
 from wifipgo.rows import Generators, Rows
 
 SHAPE = (2, 16, 30)  # antennas, positions, subcarriers
@@ -38,7 +38,7 @@ def streams(seed: int, n_worlds: int = ROWS.n_worlds) -> Generators:
     return Generators([np.random.default_rng([seed, world]) for world in range(n_worlds)])
 
 
-def drawn(links: Links, rng: Any, rows: Rows = ROWS, cfg: ImpairmentConfig = EVERYTHING) -> list[np.ndarray]:
+def drawn(links: Links, rng: Any, rows: Rows = ROWS, cfg: ImpairmentConfig = EVERYTHING) -> list[Any]:
     """All that chance decides about a reception: headings, noise, oscillators, packets that arrive."""
     chance = link_chance(rng, *links, rows=rows)
     turn_rad = true_headings(np.zeros((len(links.receiver), SHAPE[1])), cfg, rng=chance)
@@ -142,7 +142,7 @@ def heard_by(
 ) -> tuple[dict[tuple[int, int, int], Any], np.ndarray]:
     """Key of every link that is heard, by iteration, receiver and sender; and where robots end."""
     found: dict[tuple[int, int, int], Any] = {}
-    listen, t = wifipgo.loop.aoa_measurements.listen, [0]
+    t = [0]
 
     def listens(links: Any, receiver: np.ndarray, sender: np.ndarray, **named: Any) -> np.ndarray:
         for a, b, key in zip(receiver.tolist(), sender.tolist(), named["rng"].key.tolist(), strict=True):
@@ -151,7 +151,7 @@ def heard_by(
         return profile
 
     with monkeypatch.context() as patch:
-        patch.setattr(wifipgo.loop.aoa_measurements, "listen", listens)
+        patch.setattr("wifipgo.loop.aoa_measurements.listen", listens)
         env = parallel_env("paper-sim-2", n_robots=5, n_slots=2, size_m=15.0, n_steps=12)
         driver = make_policy(policy, env.scenario)
         driver.reset(3)
