@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from baselines.evaluation.episodes import Episode, OnTick, run_episode
+from baselines.evaluation.labels import wrapped
 from baselines.film.config import WatchConfig, checked
 from baselines.film.reel import Reel, pictures_an_iteration, together
 from baselines.film.video import film
@@ -25,6 +26,8 @@ from wifipgo.scenarios import Scenario
 from wifipgo.state import Tick, World
 
 __all__ = ["WatchConfig", "main", "watch"]
+
+_CAPTION_WIDTH, _NAME_WIDTH = 34, 20  # letters beside and above an arena
 
 
 def watch(config: WatchConfig, *, console: Console | None = None) -> list[Episode]:
@@ -80,7 +83,11 @@ def _camera(path: Path, config: WatchConfig, scenario: Scenario) -> Iterator[OnT
     """Draw ticks into the film."""
     from envs.render.viewer import Viewer  # noqa: PLC0415 (belongs to an extra)
 
-    viewer = Viewer(RenderConfig(height_px=config.height_px, caption=config.caption))
+    viewer = Viewer(
+        RenderConfig(
+            height_px=config.height_px, caption=wrapped(config.caption, _CAPTION_WIDTH, most_lines=1)
+        )
+    )
     n = _pictures(config)
     with film(path, fps=config.fps * n) as add:
         yield Reel(scenario, n - 1, lambda scene, world: add(viewer.frame_of(scene, world, scenario))).add
@@ -108,7 +115,8 @@ def _cameras(path: Path, config: WatchConfig, scenario: Scenario) -> Iterator[On
     reel: list[Reel] = []
     with film(path, fps=config.fps * n) as add:
         yield on_tick
-        picture = SideBySide(worlds, scenario, config.played, config.height_px)
+        names = [wrapped(name, _NAME_WIDTH, most_lines=1) for name in config.played]
+        picture = SideBySide(worlds, scenario, names, config.height_px)
         for scenes in together(reels):
             add(picture.frame(scenes))
 

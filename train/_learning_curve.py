@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from baselines.evaluation.batches import worlds_at_once
 from baselines.evaluation.episodes import run_episodes, trial_seed
-from baselines.evaluation.plots import wrapped
+from baselines.evaluation.labels import wrapped
 from baselines.policies import Policy
 from baselines.policies.learned.network import Network
 from baselines.policies.learned.policy import LearnedPolicy

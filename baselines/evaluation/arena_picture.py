@@ -15,9 +15,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
 from baselines.evaluation.episodes import Episode
+from baselines.evaluation.labels import names_of, wrapped
 from baselines.evaluation.median_trial import MedianTrial
 from baselines.evaluation.plan import Plan
-from baselines.evaluation.plots import STYLE, names_of, wrapped
+from baselines.evaluation.plots import STYLE
 from wifipgo.command.palette import ROBOTS, YELLOW
 
 DASHED = (0, (3, 1.5))

@@ -35,7 +35,8 @@ def draw_err(path: Path, plan: Plan, tables: Tables) -> None:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=[_CURVES_IN, lanes_in])
         for place, of in enumerate(trials):
             curve(above, _until_half_ended(of), place, len(trials))
-            _raster(below, of, len(trials) - 1 - place, colour_of(place))
+            often = tables.episodes["rendezvous"][tables.episodes["policy"] == plan.policies[place]].mean()
+            _raster(below, of, len(trials) - 1 - place, colour_of(place), per_trial=float(often))
         name_rows(below, plan.policies, range(len(trials)))
         _label(above, below, plan, trials)
         figure.savefig(path)
@@ -47,7 +48,7 @@ def _until_half_ended(of: Trials) -> np.ndarray:
     return of.err[:, :end]
 
 
-def _raster(axes: Axes, of: Trials, lane: int, colour: str) -> None:
+def _raster(axes: Axes, of: Trials, lane: int, colour: str, *, per_trial: float) -> None:
     """A tick for each iteration with a rendezvous, a row for each trial, a lane for each policy."""
     height = 0.8 / len(of.met)
     length = max(0.9 * height, 0.13)  # ticks of many trials overlap rather than vanish
@@ -57,8 +58,7 @@ def _raster(axes: Axes, of: Trials, lane: int, colour: str) -> None:
     ticks = np.stack([np.repeat(iteration[:, None] + 1.0, 2, axis=1), ends], axis=2)
     axes.add_collection(LineCollection(list(ticks), linewidths=1.5, colors=colour, alpha=0.7))
     axes.axhspan(lane - 0.44, lane + 0.44, color=colour, alpha=0.07, lw=0)
-    often = f"{of.met.sum() / len(of.met):.3g}"
-    axes.text(1.01, lane, often, transform=axes.get_yaxis_transform(), va="center", fontsize=9)
+    axes.text(1.01, lane, f"{per_trial:.3g}", transform=axes.get_yaxis_transform(), va="center", fontsize=9)
 
 
 def _label(above: Axes, below: Axes, plan: Plan, trials: list[Trials]) -> None:

@@ -1,6 +1,5 @@
 """What the pictures of an evaluation share: how a policy looks, its trials in rows, labels that fit."""
 
-import re
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -13,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation, blended_transform_factory
 from scipy import stats
 
+from baselines.evaluation.labels import names_of, wrapped
 from baselines.evaluation.plan import Plan
 from baselines.evaluation.statistics import CONFIDENCE
 from wifipgo.command.palette import SERIES
@@ -24,7 +24,6 @@ STYLE: dict[Any, Any] = {
     "axes.spines.right": False,
     "legend.frameon": False,
 }
-LABEL_WIDTH = 30  # letters of a policy's name in a line
 _SAMPLE_IN = (-0.78, -0.12)  # where the sample of a policy's line begins and ends, from the axes
 
 
@@ -124,33 +123,3 @@ def title_of(plan: Plan, width: int) -> str:
     """What was played, how often, from which seed."""
     played = f"{plan.title}: {plan.scenario.n_robots} robots, {plan.trials_in_words}, seed {plan.seed}"
     return wrapped(played, width)
-
-
-def names_of(policies: Sequence[str], width: int = LABEL_WIDTH) -> list[str]:
-    """Policies in lines that fit, as few as tell them apart: what differs may be in the middle of a path."""
-    few = 2
-    while len({wrapped(policy, width, most_lines=few) for policy in policies}) < len(set(policies)):
-        few += 1
-    return [wrapped(policy, width, most_lines=few) for policy in policies]
-
-
-def wrapped(text: str, width: int, *, most_lines: int = 3) -> str:
-    """A text in lines of some letters, broken after a sign if there is one; a long one loses its middle."""
-    kept = min(len(text), width * most_lines)
-    while len(lines := _lines(_without_middle(text, kept), width)) > most_lines:
-        kept -= 1
-    return "\n".join(lines)
-
-
-def _without_middle(text: str, kept: int) -> str:
-    """A text of which so many letters stay, more of its end than of its beginning."""
-    return text if kept >= len(text) else f"{text[: kept // 3]}…{text[len(text) - (kept - kept // 3) :]}"
-
-
-def _lines(text: str, width: int) -> list[str]:
-    lines = [""]
-    for piece in re.findall(rf"[^\s:,/\\=_-]{{1,{width - 1}}}[\s:,/\\=_-]?|[\s:,/\\=_-]", text):
-        if len(lines[-1]) + len(piece.rstrip()) > width:
-            lines.append("")
-        lines[-1] += piece
-    return [line.strip() for line in lines if line.strip()]

@@ -20,6 +20,7 @@ _LEFT, _RIGHT, _TEXT_LEFT = 16.0, 226.0, 66.0
 _BARS_TOP, _BARS_BOTTOM, _LEGEND_TOP, _ROW = 176.0, 268.0, 306.0, 24.5
 _BAR_CEILING = 3.0  # thresholds; a longer bar is cut, and broken before its end
 _FEW, _MANY = 3, 8
+_LEAST_ERR = 0.001  # less is rounding
 
 
 class Panel:
@@ -103,7 +104,8 @@ class Panel:
             if share > _BAR_CEILING:
                 cut = _LEFT + scale * _BAR_CEILING - 8.0
                 target.fill(palette.PAPER, self._rect(cut, top, cut + 2.0, bottom))
-            shown = f"{share * self._threshold():.3g}" if share < 100.0 else "> 99 x"
+            err = share * self._threshold()
+            shown = "> 99 x" if share >= 100.0 else f"{err:.3g}" if err >= _LEAST_ERR else "0"
             colour = palette.CALL if share > 1.0 else palette.INK
             self._write(target, shown, 0.5 * (top + bottom), 18.0, colour, x=_RIGHT, middle=True, right=True)
         x, end = _LEFT + scale, _BARS_TOP + pitch * len(err_share)

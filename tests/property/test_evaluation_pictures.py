@@ -15,9 +15,10 @@ from baselines.evaluation import pictures
 from baselines.evaluation.arena_picture import draw_arena, window
 from baselines.evaluation.episodes import Episode
 from baselines.evaluation.err_picture import draw_err
+from baselines.evaluation.labels import names_of, wrapped
 from baselines.evaluation.median_trial import median_trial
 from baselines.evaluation.plan import Plan
-from baselines.evaluation.plots import bands, by_trial, names_of, wrapped
+from baselines.evaluation.plots import bands, by_trial
 from baselines.evaluation.run_folder import Tables
 from baselines.evaluation.score_picture import draw_score
 from baselines.evaluation.statistics import bootstrap
@@ -55,7 +56,7 @@ def episode(policy: str, rng: np.random.Generator, trial: int, n_steps: int = 6)
     estimate = reference + 0.3 * rng.standard_normal(reference.shape)
     score, err = curves(1, n_steps, rng)[0], 30.0 * curves(2, n_steps, rng).T
     steps = {"err": err, "mapped_share": np.stack([score, score], axis=1), "met": err > 20.0}
-    figures = {"mapped_share": float(score[-1]), "ate_trans": 0.1234}
+    figures = {"mapped_share": float(score[-1]), "ate_trans": 0.1234, "rendezvous": 1}
     meetings = np.array([[2.0, *reference[0, 2, :2]]])
     return Episode(
         policy=policy,
