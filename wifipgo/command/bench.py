@@ -10,6 +10,7 @@ from wifipgo.command.checkout import checkout
 from wifipgo.command.command_line import exit_code, say
 from wifipgo.errors import BadInputError, pick
 
+_GUARD = 'if __name__ == "__main__"'  # what modules that benchmarks share do not have
 _HELP = """usage: wifipgo bench NAME [OPTIONS]
 
 Run a benchmark of this checkout; `wifipgo bench NAME --help` lists its options.
@@ -21,7 +22,7 @@ Benchmarks:
 def benchmarks(root: Path) -> dict[str, str]:
     """Names of the benchmarks of a checkout, and what each measures in a line."""
     files = sorted((root / "benchmarks").glob("[!_]*.py"))
-    return {path.stem: _first_line(path) for path in files}
+    return {path.stem: _first_line(path) for path in files if _GUARD in path.read_text(encoding="utf-8")}
 
 
 def _first_line(path: Path) -> str:
