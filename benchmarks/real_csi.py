@@ -27,6 +27,7 @@ from rich.progress import track
 from rich.table import Table
 from scipy.stats import bootstrap
 
+from benchmarks._named_sets import name_sets
 from wifipgo.command.command_line import exit_code
 from wifipgo.command.palette import BLUE, FRAME, GREY, VERMILION
 from wifipgo.errors import BadInputError
@@ -229,7 +230,7 @@ def save_picture(rows: Sequence[Row], out: np.ndarray, path: Path) -> None:
     left.plot(place, toolbox, "x", color=TOOLBOX, label="toolbox")
     left.plot(place[~out], ours[~out], "o", color=OURS, label="ours")
     left.plot(place[out], ours[out], "o", markerfacecolor="white", color=REJECTED, label="ours, rejected")
-    _name_sets(left, [row.set_name for row in rows])
+    name_sets(left, [row.set_name for row in rows])
     left.set(yscale="log", ylabel="|error| of the bearing (deg), at least 0.1", title="every link")
     left.legend(**_BELOW, ncols=3)
     for group, color in (("line of sight", OURS), ("beyond sight", REJECTED)):
@@ -245,19 +246,6 @@ def save_picture(rows: Sequence[Row], out: np.ndarray, path: Path) -> None:
 
 
 _BELOW: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.19), "frameon": False, "fontsize": 9}
-
-
-def _name_sets(axes: Axes, names: Sequence[str]) -> None:
-    """Part the links of each set from the next, and name it under its middle."""
-    begins = [k for k in range(len(names)) if k == 0 or names[k] != names[k - 1]]
-    ends = [*begins[1:], len(names)]
-    for begin in begins[1:]:
-        axes.axvline(begin - 0.5, color=FRAME, lw=1.0)
-    middles = [0.5 * (begin + end - 1) for begin, end in zip(begins, ends, strict=True)]
-    labels = [f"{names[begin]}\n{end - begin} links" for begin, end in zip(begins, ends, strict=True)]
-    axes.set_xticks(middles, labels)
-    axes.tick_params(axis="x", length=0)
-    axes.set_xlabel("link, by set of recordings")
 
 
 def _draw_rejection(axes: Axes, rows: Sequence[Row], group: str, color: str) -> None:

@@ -34,3 +34,8 @@ def _lines(text: str, width: int) -> list[str]:
             lines.append("")
         lines[-1] += piece
     return [line.strip() for line in lines if line.strip()]
+
+
+def whole(value: float) -> str:
+    """A number without decimals, and without a sign where it is zero."""
+    return f"{round(value) + 0:d}"

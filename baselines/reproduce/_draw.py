@@ -104,11 +104,6 @@ def from_zero(figure: Figure) -> None:
         axes.set_ylim(bottom=0.0)
 
 
-def whole(value: float) -> str:
-    """A number without decimals, and without a sign where it is zero."""
-    return f"{round(value) + 0:d}"
-
-
 def key(figure: Figure) -> None:
     """One legend for all panels, below them."""
     entries: dict[str, Artist] = {}

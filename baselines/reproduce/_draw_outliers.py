@@ -10,6 +10,7 @@ import pandas as pd
 from jaxtyping import Float
 from matplotlib.figure import SubFigure
 
+from baselines.evaluation.labels import whole
 from baselines.reproduce import _draw
 from baselines.reproduce._outlier_trials import METHODS
 from wifipgo.command.palette import BLUE, ORANGE, PURPLE, VERMILION
@@ -119,7 +120,7 @@ def _grid(figure: SubFigure, grid: pd.DataFrame) -> None:
         image = axes.imshow(values, cmap="RdBu", vmin=-80.0, vmax=80.0, aspect="auto")
         for (y, x), value in np.ndenumerate(np.array(values)):
             colour = "white" if abs(value) > 50.0 else "black"
-            axes.text(x, y, _draw.whole(value), ha="center", va="center", fontsize=8, color=colour)
+            axes.text(x, y, whole(value), ha="center", va="center", fontsize=8, color=colour)
         axes.set_xticks(range(3), names)
         axes.set_yticks(range(len(rows)), [f"{_KINDS[k]}, {r:g} m" for k, r in rows], fontsize=8)
         axes.set_xlabel("odometry")

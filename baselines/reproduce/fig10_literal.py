@@ -10,6 +10,7 @@ import pandas as pd
 from matplotlib.image import AxesImage
 
 from baselines.evaluation.intervals import Estimate, reduction
+from baselines.evaluation.labels import whole
 from baselines.reproduce import _draw, _rules
 from baselines.reproduce._claims import BESIDE, HEADLINE, Claim, Found, Sentence, judged, missing
 from baselines.reproduce._recordings import ABSENT
@@ -158,7 +159,7 @@ def _draw_panel(axes: Axes, gains: np.ndarray, title: str) -> AxesImage:
     for (y, x), value in np.ndenumerate(gains):
         colour = "white" if abs(value) > 55.0 else "black"
         weight = "bold" if value >= CLAIMED else "normal"
-        axes.text(x, y, _draw.whole(value), ha="center", va="center", color=colour, weight=weight)
+        axes.text(x, y, whole(value), ha="center", va="center", color=colour, weight=weight)
     axes.set_xticks(range(len(RANGES_M)), [f"{r:g}" for r in RANGES_M])
     axes.set_yticks(range(len(ODOMETRY_SCALES)), [f"{scale:g}" for scale in ODOMETRY_SCALES])
     axes.set_xlabel("range (m); bold: 32 % or more")

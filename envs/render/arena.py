@@ -18,7 +18,7 @@ _MANY = 8  # more robots than this get small marks
 _OVERSAMPLE, _OVERSAMPLE_MANY = 2.0, 1.5
 _MARGIN = 0.045
 _LOBE = 0.13
-_LEAST_TEXT_PX = 15.0
+_LEAST_TEXT_PX = 28.0
 
 
 class ArenaPainter:
@@ -32,8 +32,7 @@ class ArenaPainter:
         """Lay out the room on a square."""
         self._world, self._room_m = world, scenario.arena.size_m
         few = scenario.n_robots <= _MANY
-        self._oversample = _OVERSAMPLE if few else _OVERSAMPLE_MANY
-        self._side_px = round(self._oversample * side_px)
+        self._side_px = round((_OVERSAMPLE if few else _OVERSAMPLE_MANY) * side_px)
         self._camera = Camera.on_square(self._side_px, self._room_m, margin_px=_MARGIN * self._side_px)
         self._size = self._side_px / (76.0 if few else 130.0)
         self._of = [palette.robot_colour(robot) for robot in range(scenario.n_robots)]
@@ -87,7 +86,7 @@ class ArenaPainter:
         for x in (camera.left_px, end):
             pygame.draw.line(self._ground, palette.INK, (x, y - 8), (x, y + 8), 4)
         place = (end + 0.012 * self._side_px, y)
-        size = max(0.025 * self._side_px, self._oversample * _LEAST_TEXT_PX)
+        size = max(0.025 * self._side_px, _LEAST_TEXT_PX)
         write(self._ground, f"{length_m:g} m", place, size, palette.INK, middle=True)
 
     def _show_cells(self, new: Bool[np.ndarray, "cells cells"]) -> None:

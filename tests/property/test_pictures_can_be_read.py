@@ -9,7 +9,8 @@ import pytest
 from support.layouts import assert_readable, curves, saved_figures
 
 from baselines.evaluation.episodes import Episode
-from baselines.reproduce import _draw, _draw_outliers, fig8
+from baselines.evaluation.labels import whole
+from baselines.reproduce import _draw_outliers, fig8
 from baselines.reproduce._outlier_trials import METHODS
 from baselines.reproduce._runs import Setting
 from baselines.reproduce._two_robots import ROOMS
@@ -44,7 +45,7 @@ def test_figure_10(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("value", [-0.4, -0.0, 0.3])
 def test_zero_has_no_sign(value: float) -> None:
-    assert _draw.whole(value) == "0"
+    assert whole(value) == "0"
 
 
 def test_outlier_methods() -> None:

@@ -66,15 +66,7 @@ def _draw_link(axes: Axes, link: Link, found: Bearing, *, out: bool) -> None:
     axes.plot(found.azimuth_rad, 1.0, "o", mfc=fill, mec=ours, mew=1.5, markersize=7, label=label)
     axes.plot(others_rad, heights / scale, "o", color=OTHER, markersize=4, label="other peaks")
     if link.toolbox_rad:
-        axes.plot(
-            link.toolbox_rad[0],
-            1.18,
-            "x",
-            color=TOOLBOX,
-            markersize=6,
-            markeredgewidth=1.8,
-            label="toolbox's answer",
-        )
+        axes.plot(link.toolbox_rad[0], 1.18, "x", color=TOOLBOX, ms=6, mew=1.8, label="toolbox's answer")
     axes.set_ylim(0.0, 1.3)
     axes.set_yticks([0.5, 1.0], labels=["0.5", "1"], color=GREY, fontsize=7)
     axes.set(rlabel_position=np.rad2deg(link.truth_rad) + 180.0)  # where the profile is low
