@@ -140,3 +140,19 @@ def test_a_team_from_chordal_poses(initial: str) -> None:
     found, report = solve(lost, edges, robots=[0, 1], initial=initial)
     assert report.converged
     np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
+@pytest.mark.parametrize("initial", ["given", "chordal", "odometry", "best"])
+@pytest.mark.parametrize("dims", [3, 7])
+def test_known_poses_stay_whatever_the_start(initial: str, dims: int) -> None:
+    """Two that disagree with the measurements between them: from odometry they were given up."""
+    _, graph = random_graph(2, dims=dims, start_noise=0.1)
+    fixed = np.array([3, 9])
+    poses = graph.poses.copy()
+    poses[fixed[1], :2] += 3.0
+    known = graph.with_poses(poses)
+    found, report = solve_graph(known, fixed=fixed, initial=initial)
+    expected, _ = solve_graph(known, fixed=fixed)
+    assert report.converged
+    np.testing.assert_allclose(found[fixed], poses[fixed], atol=1e-5)
+    np.testing.assert_allclose(found, expected, atol=1e-3)

@@ -15,8 +15,6 @@ from jaxtyping import Float, Int
 
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import NumericalError, pick, require
-from wifipgo.graph.chordal import matrices, pose_rows, two_stage
-from wifipgo.graph.first_guess import first_guess
 from wifipgo.graph.losses import GNC_CONFIDENCE, LOSSES, huber_weight, truncation_chi2
 from wifipgo.graph.posegraph import PoseGraph, normalised
 from wifipgo.graph.residuals import chi_squares
@@ -31,15 +29,14 @@ from wifipgo.graph.solvers._elimination import (
     truncated,
 )
 from wifipgo.graph.solvers._keyed_factors import ORDER, factors_of, name_of, rows_of, values_of
+from wifipgo.graph.solvers._starts import STARTS
 from wifipgo.graph.solvers.report import Downweighted, Report
 from wifipgo.threads import one_thread
 
 METHODS: Mapping[str, str] = MappingProxyType({"lm": "Levenberg-Marquardt", "gn": "Gauss-Newton"})
 INITIAL: Mapping[str, str] = MappingProxyType(
-    {
-        "given": "the poses as they are",
-        "chordal": "two linear problems, see wifipgo.graph.chordal",
-        "odometry": "along a tree of measurements, odometry first, see wifipgo.graph.first_guess",
+    {name: start.meaning for name, start in STARTS.items()}
+    | {
         "best": "the lowest of the optima from the given poses and from chordal ones; from odometry too if "
         "these two differ",
     }
@@ -138,12 +135,7 @@ def _best(task: _Task, rows: Float[np.ndarray, "poses dims"]) -> _Optimum:
 def _start(
     task: _Task, rows: Float[np.ndarray, "poses dims"], initial: str
 ) -> Float[np.ndarray, "poses dims"]:
-    if initial == "odometry":
-        return first_guess(task.graph.with_poses(rows))
-    if initial == "chordal":
-        with named("chordal start", partial(name_of, task.graph)):
-            return pose_rows(two_stage(task.graph, matrices(rows), task.fixed))
-    return rows
+    return STARTS[initial].rows(task.graph.with_poses(rows), task.fixed)
 
 
 def _tried(task: _Task, rows: Float[np.ndarray, "poses dims"], initial: str) -> _Optimum | None:
