@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from support.data_dir import data_dir
 
 from baselines.evaluation import jobs
 from baselines.evaluation.batches import Batch
@@ -22,7 +21,6 @@ from baselines.reproduce import (
     _changed,
     _figures,
     _folder,
-    _recordings,
     _rules,
     _run,
     fig9,
@@ -31,7 +29,6 @@ from baselines.reproduce.__main__ import main
 from baselines.reproduce._claims import Claim, Sentence, judged, row
 from baselines.reproduce._config import ReproduceConfig
 from baselines.reproduce._measures import column
-from baselines.reproduce._outlier_trials import METHODS, OutlierTrial
 from baselines.reproduce._page import page
 from baselines.reproduce._run import reproduce
 from baselines.reproduce._runs import Run, Setting, changed, tasks_of
@@ -246,43 +243,6 @@ def test_a_folder_that_is_no_reproduction_is_left_alone(overwrite: bool, tmp_pat
     assert (tmp_path / "thesis.tex").read_text() == "all of it"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["fig6"], "unknown figure 'fig6'; known: all, fig10, fig10_literal, fig2, fig5, fig7, fig8, fig9"),
-        (["fig2", "--trials", "0"], "trials must be >= 1, got 0"),
-        (["fig2", "--trials", "-3"], "trials must be >= 1, got -3"),
-        (["fig2", "--seed", "-1"], "seed must be >= 0"),
-        (["fig2", "--roots", "0"], "roots must be in 1..10000, got 0"),
-        (["fig2", "--jobs", "-1"], "jobs must be >= 0"),
-        (["fig2", "--executor", "slurm"], "unknown executor 'slurm'"),
-        (["fig7", "--set", "kappa"], "a setting must be KEY=VALUE, got 'kappa'"),
-        (["fig7", "--set", "err_treshold=5"], "unknown scenario field 'err_treshold'; known: "),
-        (["all", "--sweep", "err_treshold=5,10"], "unknown scenario field 'err_treshold'; known: "),
-        (["fig7", "--sweep", "err_threshold=low,10"], "err_threshold must be of type float, got 'low'"),
-        (["fig7", "--sweep", "err_threshold=10,-1"], "RendezvousConfig.err_threshold must be in 1e-09.."),
-        (["fig7", "--sweep", "err_threshold=5"], "--sweep err_threshold must be FIELD=A,B,...: two values"),
-        (
-            ["fig7", "--sweep", "kappa=1,2", "--set", "kappa=3"],
-            "--sweep kappa must be a field that --set leaves",
-        ),
-        (
-            ["fig2", "--set", "kappa=2"],
-            "--set and --sweep must be for a figure that plays episodes: fig5, fig7",
-        ),
-        (["fig2", "--resume", "--overwrite"], "--resume and --overwrite must be one of them at most"),
-    ],
-)
-def test_what_cannot_run_is_refused_in_a_line(
-    arguments: Sequence[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main([*arguments, "--out", str(tmp_path / "out")]) == 2
-    printed = capsys.readouterr()
-    assert message in printed.err
-    assert printed.err.count("\n") == 1
-    assert not list(tmp_path.iterdir())
-
-
 def test_profile_and_dark_from_the_command_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -318,30 +278,3 @@ def test_profile_and_dark_from_the_command_line(
     merged = json.loads((docs / "claims.json").read_text())["figures"]
     assert [name for name, of in merged.items() if of["run"]] == ["fig2", "fig7", "fig9"]
     assert [name for name, of in merged.items() if of["title"] == older["title"]] == ["fig7", "fig9"]
-
-
-def test_recordings_are_judged_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("WIFIPGO_DATA", str(data_dir("wsr").parent))
-    links = _recordings.recorded()
-    assert len(links) == 30
-    assert np.abs(_recordings.recorded_errors(links[:1]).azimuth_error_deg).max() < 20.0
-
-
-def test_a_trial_with_outliers_solves_one_graph_by_every_method(tmp_path: Path) -> None:
-    trial = OutlierTrial(changed("paper-outliers"), 0, 3, tmp_path / "trial.npz")
-    trial.keep(trial.compute())
-    found = trial.load()
-    assert found["errors"].shape == (len(METHODS),)
-    assert np.isfinite(found["errors"]).all()
-    assert 9 <= len(found["off_rad"]) <= 10
-    assert 0 < found["is_outlier"].sum() < len(found["off_rad"])
-    np.testing.assert_array_equal(found["errors"], trial.compute()["errors"])
-    calm = OutlierTrial(changed("paper-outliers", outlier_share=0.0), 0, 3, tmp_path / "calm.npz")
-    assert not calm.compute()["is_outlier"].any()
-
-
-def test_runs_of_one_key_are_those_with_one_result() -> None:
-    dark, light = Run(changed("paper-hw-2-dark"), "random"), Run(changed("paper-hw-2"), "random")
-    assert dark.key != light.key
-    assert Run(changed("paper-hw-2", visual_range_m=0.0), "random").key == dark.key
-    assert Run(changed("paper-hw-2"), "active").key != light.key

@@ -26,7 +26,7 @@ from baselines.policies.specs import Spec
 from wifipgo.scenarios import scenario_named
 from wifipgo.world.layout import room_walls
 
-LONG = "ppo:path=/home/someone/experiments/2026-11-28/rendezvous/seed-{}/checkpoints/best/policy.npz"
+LONG = "ppo:path=/data/someone/experiments/2026-11-28/rendezvous/seed-{}/checkpoints/best/policy.npz"
 NAMES = {
     1: ["active"],
     15: [LONG.format(k) if k % 3 else 2 * f"active{k}" + k * "x" for k in range(15)],

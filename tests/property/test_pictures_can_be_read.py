@@ -72,7 +72,7 @@ def test_outlier_methods() -> None:
 def test_learning_curve() -> None:
     """The band is named, and a checkpoint beside the scripted policies leaves room for the curve."""
     keys = [(10_000 * k, LEARNED) for k in range(8)]
-    keys += [(0, name) for name in ("active", "ppo:path=/home/someone/runs/a-long-name/checkpoints/best.npz")]
+    keys += [(0, name) for name in ("active", "ppo:path=/data/someone/runs/a-long-name/checkpoints/best.npz")]
     rows = [(at, name, t, 0.5 + 0.01 * t) for (at, name), t in product(keys, range(5))]
     figure = drawn(
         pd.DataFrame(rows, columns=["agent_steps", "policy", "trial", "mapped_share"]), "paper-sim-2"
