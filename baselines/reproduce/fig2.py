@@ -13,13 +13,15 @@ from baselines.evaluation.intervals import Estimate, median_of
 from baselines.reproduce import _draw, _rules
 from baselines.reproduce._claims import BESIDE, Claim, Found, Sentence, judged, missing, row
 from baselines.reproduce._recordings import ABSENT, recorded, recorded_errors
-from baselines.reproduce._runs import Setting
+from baselines.reproduce._runs import TRIALS, Setting
 from wifipgo.command.palette import VERMILION
 from wifipgo.graph.outliers.aoa_weights import PAPER_GATE_RAD
 from wifipgo.radio import aoa
 from wifipgo.radio.channel import csi
 from wifipgo.radio.recordings.recorded_link import Link, bearing
 from wifipgo.se2 import wrap_angle
+
+__all__ = ["SENTENCES", "TITLE", "TRIALS", "claims", "make", "tasks"]
 
 TITLE = "Signal profile over azimuth and elevation"
 AZIMUTH = Sentence(

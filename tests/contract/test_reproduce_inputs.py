@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support.data_dir import data_dir
 
-from baselines.reproduce import _recordings
+from baselines.reproduce import _figures, _recordings
 from baselines.reproduce.__main__ import main
 from baselines.reproduce._outlier_trials import METHODS, OutlierTrial
 from baselines.reproduce._runs import Run, changed
@@ -48,6 +48,15 @@ def test_what_cannot_run_is_refused_in_a_line(
     assert message in printed.err
     assert printed.err.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", _figures.FIGURES)
+def test_a_figure_has_what_a_run_asks_of_it(name: str) -> None:
+    figure = _figures.FIGURES[name]
+    assert figure.TITLE
+    assert figure.TRIALS >= 1
+    assert all(sentence.name.startswith(name.partition("_")[0]) for sentence in figure.SENTENCES)
+    assert all(callable(getattr(figure, of)) for of in ("tasks", "make", "claims"))
 
 
 def test_recordings_are_judged_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
