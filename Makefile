@@ -79,7 +79,7 @@ $(VENV)/.made:
 
 $(VENV)/.run: $(PINS) | $(VENV)/.made
 	@echo "Installing wifipgo and what it needs into $(VENV) (about a minute, once)"
-	@$(INSTALL) -e .
+	@$(INSTALL) -e '.[video]'
 	@touch $@
 
 $(VENV)/.dev: $(PINS) | $(VENV)/.made
@@ -89,5 +89,5 @@ $(VENV)/.dev: $(PINS) | $(VENV)/.made
 
 $(VENV)/.docs: $(PINS) | $(VENV)/.made
 	@echo "Installing wifipgo and what builds its documentation into $(VENV) (a minute, once)"
-	@$(INSTALL) -e '.[docs]'
+	@$(INSTALL) -e '.[docs,video]'
 	@touch $(VENV)/.run $@
