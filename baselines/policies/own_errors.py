@@ -21,11 +21,11 @@ def told(what: str) -> Iterator[None]:
     """
     try:
         yield
-    except Exception as problem:
+    except (Exception, SystemExit) as problem:  # a program ends by itself; here an evaluation would
         raise OwnPolicyError(_message(what, problem)) from problem
 
 
-def _message(what: str, problem: Exception) -> str:
+def _message(what: str, problem: BaseException) -> str:
     """The sentence, and frames from the user's code on."""
     frames = problem.__traceback__
     while frames is not None and _is_on_the_way(frames.tb_frame.f_code.co_filename):

@@ -19,6 +19,7 @@ from baselines.evaluation.drivers import try_policy
 from baselines.evaluation.episodes import trial_seed
 from baselines.film.config import WatchConfig
 from baselines.policies import make_policy
+from baselines.policies.own_source import own_maker
 from baselines.policies.registry import source_digest, specs_of
 from baselines.watch import watch
 from wifipgo.errors import BadInputError
@@ -80,6 +81,13 @@ class NeedsFile:
 
 class Idle:
     pass
+
+class Leaves(Plain):
+    def __init__(self, when="act"):
+        if when == "init":
+            raise SystemExit(0)
+    def act(self, observations):
+        raise SystemExit
 
 number = 3
 """
@@ -147,13 +155,19 @@ def test_what_is_wrong_with_an_answer_is_named(own: Path, what: str, message: st
     assert message in str(refused.value)
 
 
+def test_a_policy_cannot_end_the_evaluation(own: Path) -> None:
+    with pytest.raises(BadInputError, match=r"act of policy 'own.py:Leaves' raised SystemExit"):
+        try_policy(SCENARIO, make_policy(spec(own, "Leaves"), SCENARIO), 3)
+
+
 @pytest.mark.parametrize(
     ("rest", "message"),
     [
-        ("Plan", "known: Answers, Idle, Late, NeedsFile, Plain, Rows, Seeded"),
+        ("Plan", "known: Answers, Idle, Late, Leaves, NeedsFile, Plain, Rows, Seeded"),
         ("number", "must be a class, or a function that makes a policy, got 3"),
         ("Idle", "must be something with act(observations)"),
         ("NeedsFile", "making policy 'own.py:NeedsFile' raised FileNotFoundError"),
+        ("Leaves:when=init", "making policy 'own.py:Leaves:when=init' raised SystemExit: 0"),
         ("Answers", "must be given what"),
         ("Plain:gian=2", "unknown parameter"),
         ("Plain:gain=fast", "must be of type float, got 'fast'"),
@@ -214,6 +228,50 @@ def test_code_beside_a_policy_counts_as_its_source(tmp_path: Path) -> None:
     before = source_digest(one)
     (tmp_path / "beside_of_own.py").write_text("GAIN = 2\n")
     assert source_digest(one) != before
+
+
+def test_a_file_in_a_package_has_what_stands_beside_it(tmp_path: Path) -> None:
+    """Relative imports work as in any package, each copy of which is its own, and so is its source."""
+    for version, gain in {"v1": 0.1, "v2": 0.7}.items():
+        inner = tmp_path / version / "mine" / "inner"
+        inner.mkdir(parents=True)
+        (inner / "__init__.py").touch()
+        (inner.parent / "__init__.py").touch()
+        (inner.parent / "net.py").write_text(f"GAIN = {gain}\n")
+        head = "from ..net import GAIN\nfrom .. import net\n"
+        (inner / "own.py").write_text(f"{head}{OWN}\nclass Late(Plain):\n    gain = GAIN\n")
+    names = [f"{tmp_path}/{version}/mine/inner/own.py:Late" for version in ("v1", "v2")]
+    first, second = specs_of(names)
+    assert [own_maker(spec).gain for spec in (first, second)] == [0.1, 0.7]  # type: ignore[attr-defined]
+    before = source_digest(first)
+    (tmp_path / "v1" / "mine" / "net.py").write_text("GAIN = 0.2\n")
+    assert source_digest(first) != before
+
+
+def test_the_helper_of_another_folder_is_not_taken_for_ones_own(tmp_path: Path) -> None:
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "helper_of_two.py").write_text("GAIN = 1\n")
+        (tmp_path / folder / "own.py").write_text(
+            f"from helper_of_two import GAIN\nimport helper_of_two\n{OWN}"
+        )
+    make_policy(f"{tmp_path}/one/own.py:Plain", SCENARIO)
+    with pytest.raises(
+        BadInputError, match=r"helper_of_two' of .*two/own.py must be .*two/helper_of_two.py; rename"
+    ):
+        make_policy(f"{tmp_path}/two/own.py:Plain", SCENARIO)
+
+
+@pytest.mark.parametrize("name", ["train:Mine", "train.mine:Mine"])
+def test_a_module_that_ours_hides_is_named(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "train.py").write_text(OWN)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(
+        BadInputError, match=r"must be a file here.* 'train' is a package of wifipgo and hides .*train.py"
+    ):
+        make_policy(name, SCENARIO)
 
 
 def test_what_a_policy_raises_is_shown_in_its_own_code(
