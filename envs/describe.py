@@ -26,6 +26,7 @@ from wifipgo.command.docstrings import documented
 from wifipgo.command.overrides import Overrides, joined
 from wifipgo.command.terminal import Terminal
 from wifipgo.errors import require
+from wifipgo.files.targets import check_target
 from wifipgo.scenarios import Scenario, scenario_named, scenario_toml
 
 # Columns of tables that go to a file or another program.
@@ -46,7 +47,7 @@ class DescribeConfig:
         scenario: Scenario, e.g. paper-hw-2, or a file, e.g. room.toml; an unknown one lists those that exist.
         overrides: Other values for fields of the scenario: --set n_obstacles=4 size_m=30.
         seed: Seed of the world whose starts and obstacles are shown.
-        out: PNG file for the picture; results/describe/NAME.png if not given.
+        out: File for the picture, .png; results/describe/NAME.png if not given.
         list: Only list the scenarios that exist.
         toml: Only print the scenario as a TOML file that says everything.
         fields: Only print every field with type, unit, default and meaning, as in docs/scenarios.md.
@@ -83,6 +84,8 @@ def describe(config: DescribeConfig, *, console: Console) -> None:
 
 def _describe(scenario: Scenario, config: DescribeConfig, console: Console) -> None:
     """Print the tables, then draw the room."""
+    path = config.out or Path("results/describe") / f"{Path(scenario.name).name}.png"
+    check_target("out", path, {".png": None}, overwrite=True, folder_comes=True)
     env = RendezvousEnv(scenario)
     env.reset(seed=config.seed)
     console.print(Text(scenario.name, style="bold"))
@@ -91,7 +94,6 @@ def _describe(scenario: Scenario, config: DescribeConfig, console: Console) -> N
     for table in tables:
         console.print()
         console.print(table)
-    path = config.out or Path("results/describe") / f"{Path(scenario.name).name}.png"
     _draw(path, env, config.seed)
     console.print(Text(f"\npicture: {path}"))
 
@@ -108,7 +110,8 @@ def _draw(path: Path, env: RendezvousEnv, seed: int) -> None:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; the exit code is that of `wifipgo.command.command_line`."""
-    console = Terminal() if sys.stdout.isatty() else Terminal(width=_WIDTH)
+    shown = sys.stdout is not None and sys.stdout.isatty()  # there is none where a shell closed it
+    console = Terminal() if shown else Terminal(width=_WIDTH)
     config = partial(tyro.cli, documented(DescribeConfig), prog="wifipgo describe", args=joined(args))
     return exit_code(lambda: describe(config(), console=console))
 

@@ -48,7 +48,7 @@ def __getattr__(name: str) -> Any:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; 0 done, 2 refused, 130 interrupted."""
-    kept = "interrupted; the last checkpoint is kept: the same command with --resume continues"
+    kept = "interrupted; with a checkpoint saved, the same command with --resume continues from the last"
     return exit_code(lambda console: _job(args, console), interrupted=kept)
 
 

@@ -112,7 +112,7 @@ def _mean_return(result: Any) -> float:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; 0 done, 2 refused, 130 interrupted."""
-    kept = "interrupted; the last checkpoint is kept: the same command with --resume continues"
+    kept = "interrupted; with a checkpoint saved, the same command with --resume continues from the last"
 
     def job(console: Console) -> None:
         train(tyro.cli(documented(RllibConfig), prog="python -m train.rllib", args=args), console=console)

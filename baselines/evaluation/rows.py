@@ -51,12 +51,14 @@ class Row(NamedTuple):
 
     @property
     def best(self) -> frozenset[int]:
-        """Places of the best values; none where nothing is better, or all are the same."""
+        """Places of the best values, as printed; none where nothing is better, or all are the same."""
         values = {k: e.value for k, e in enumerate(self.estimates) if e is not None and e.value is not None}
-        if not self.better or len(set(values.values())) < 2:
+        if not self.better or not values:
             return frozenset()
-        best = max(self.better * value for value in values.values())
-        return frozenset(k for k, value in values.items() if self.better * value == best)
+        printed = [cell.partition(" ")[0] for cell in self.cells()]
+        best = printed[max(values, key=lambda k: self.better * values[k])]
+        places = frozenset(k for k in values if printed[k] == best)
+        return places if len(places) < len(values) else frozenset()
 
     def cells(self, digits: int = 3) -> list[str]:
         """Every estimate as text."""

@@ -1,5 +1,6 @@
 """The description of a scenario says what the environment has, and refuses what does not exist."""
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -79,6 +80,7 @@ def test_list_and_help_teach(capsys: pytest.CaptureFixture[str]) -> None:
         (["--set", "n_obstacle=4"], "unknown scenario field 'n_obstacle'; known: "),
         (["--set", "size_m"], "must be KEY=VALUE"),
         (["--set", "size_m=1e400"], "size_m must be finite, got inf"),
+        (["--out", "room.jpg"], "unknown kind of file for out '.jpg'; known: .png"),
         (["--seed", "-1"], "seed must be >= 0"),
         (["--set", "obstacles_m=(((0,0),(20,0),(20,20),(0,20)),)"], "obstacles_m[0] must be small enough"),
     ],
@@ -91,6 +93,14 @@ def test_what_does_not_exist_is_refused_in_a_line(
     assert message in printed.err
     assert printed.err.count("\n") == 1
     assert not printed.out
+
+
+def test_it_needs_no_standard_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As under ``>&-``, or where a service starts it."""
+    monkeypatch.setattr(sys, "stdout", None)
+    picture = tmp_path / "room.png"
+    assert main(["paper-hw-2", *SMALL, "--out", str(picture)]) == 0
+    assert picture.stat().st_size
 
 
 def test_every_field_has_a_meaning_and_the_page_has_the_same() -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from baselines.evaluation.paper_tables import as_csv, as_latex, as_markdown, check_tables, latex_text
 from baselines.evaluation.plan import Plan
+from baselines.evaluation.rows import Row
 from baselines.evaluation.statistics import FIGURES, Estimate, Paired, Summary
 from baselines.policies.registry import specs_of
 from wifipgo.errors import BadInputError
@@ -86,6 +87,22 @@ def test_markdown_has_one_cell_a_policy_and_the_best_in_bold() -> None:
     assert bold["Err, last 10 iterations"] == [1]
     assert bold["rendezvous"] == []
     assert "3 trials: with fewer than 10" in lines[-1]
+
+
+@pytest.mark.parametrize(
+    ("values", "best"),
+    [
+        ((0.5, 0.5 + 1e-12, 0.2), {0, 1}),
+        ((0.5, 0.5 + 1e-12), set()),
+        ((0.5, None, 0.2), {0}),
+        ((None, None), set()),
+        ((0.5,), set()),
+    ],
+)
+def test_what_is_printed_the_same_is_as_good(values: tuple[float | None, ...], best: set[int]) -> None:
+    """An optimum a rounding error better than another is not the only one in bold."""
+    row = Row("share", [Estimate(value, None, None) for value in values], better=1)
+    assert row.best == best
 
 
 @pytest.mark.parametrize("names", [NAMES, tuple("abcdef")])
