@@ -37,7 +37,7 @@ from wifipgo.graph.subgraphs import components
 
 Backend = Literal["gtsam", "distributed"]
 Robust = Literal["none", "huber", "gnc", "pcm"]
-Initial = Literal["best", "given", "chordal", "odometry"]
+Initial = Literal["best", "given", "chordal", "odometry", "frames"]
 ITERATIONS = 100  # of gtsam's search at most
 FEW_EDGES = 300  # a search of so many is over before somebody could stop it
 STEPS: Mapping[str, str] = MappingProxyType({"gtsam": "iterations", "distributed": "rounds"})
@@ -211,7 +211,8 @@ def run(
         robust: What guards against outliers, for all measurements but odometry.
         out: Folder for the results.
         threshold: Movement at which the robots stop, m and rad together.
-        initial: Where gtsam's search starts: the file's poses, chordal ones, along the odometry, or the best.
+        initial: Where gtsam's search starts: the file's poses, chordal ones, along the odometry, with
+            robots' frames aligned by the loops that agree most, or the best.
         max_iterations: Of gtsam's search.
         lenient: Skip lines with unknown tags, and list them.
         overwrite: Replace results that are in the folder.

@@ -132,6 +132,32 @@ def chain_odometry(graph: PoseGraph) -> Chains:
     return Chains(poses, covariance)
 
 
+class Proposals(NamedTuple):
+    """What measurements between two robots say of their frames; a is the robot with the lower number.
+
+    Attributes:
+        row_a, row_b: Their ends.
+        T_a_own: Frame in which the measurement's noise is, in the frame of a's first pose.
+        T_a_b: First pose of b in the frame of a's first pose.
+    """
+
+    row_a: Int[np.ndarray, " rows"]
+    row_b: Int[np.ndarray, " rows"]
+    T_a_own: Float[np.ndarray, "rows dims"]
+    T_a_b: Float[np.ndarray, "rows dims"]
+
+
+def proposals(graph: PoseGraph, chains: Chains, rows: Int[np.ndarray, " rows"]) -> Proposals:
+    """Where measurements, with the odometry of both robots, put the frames of the two to each other."""
+    space, z = _space(graph), graph.z[rows]
+    forth = graph.robot[graph.tail[rows]] <= graph.robot[graph.head[rows]]
+    i = np.where(forth, graph.tail[rows], graph.head[rows])
+    j = np.where(forth, graph.head[rows], graph.tail[rows])
+    T_a_head = space.compose(chains.poses[i], np.where(forth[:, None], z, space.inverse(z)))
+    own_frame = np.where(forth[:, None], T_a_head, chains.poses[i])
+    return Proposals(i, j, own_frame, space.compose(T_a_head, space.inverse(chains.poses[j])))
+
+
 def pair_chi2(
     graph: PoseGraph, chains: Chains, rows: Int[np.ndarray, " rows"]
 ) -> Float[np.ndarray, "rows rows"]:
@@ -139,14 +165,8 @@ def pair_chi2(
 
     Noise is taken to first order, that of the two stretches of odometry as independent.
     """
-    space, z = _space(graph), graph.z[rows]
-    forth = graph.robot[graph.tail[rows]] <= graph.robot[graph.head[rows]]
-    i = np.where(forth, graph.tail[rows], graph.head[rows])
-    j = np.where(forth, graph.head[rows], graph.tail[rows])
-    T_a_head = space.compose(chains.poses[i], np.where(forth[:, None], z, space.inverse(z)))
-    acts = np.where(forth[:, None], T_a_head, chains.poses[i])
-    own = _carried(graph, acts, np.linalg.inv(graph.information[rows]))
-    said = space.compose(T_a_head, space.inverse(chains.poses[j]))  # b's first pose in the frame of a's
+    space, (i, j, own_frame, said) = _space(graph), proposals(graph, chains, rows)
+    own = _carried(graph, own_frame, np.linalg.inv(graph.information[rows]))
     back = space.inverse(said)
     chi2 = np.empty((len(rows), len(rows)))
     for first in range(0, len(rows), _BLOCK):

@@ -11,10 +11,13 @@ from jaxtyping import Float, Int
 from wifipgo import se2, se3
 from wifipgo.graph.chordal import matrices, pose_rows, two_stage
 from wifipgo.graph.first_guess import first_guess
+from wifipgo.graph.losses import truncation_chi2
 from wifipgo.graph.posegraph import PoseGraph
+from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers._elimination import named
 from wifipgo.graph.solvers._keyed_factors import name_of
 from wifipgo.graph.subgraphs import components, held
+from wifipgo.graph.team_frames import aligned_chains
 
 Rows = Float[np.ndarray, "poses dims"]
 Fixed = Int[np.ndarray, " fixed"] | None
@@ -36,6 +39,10 @@ def _odometry(graph: PoseGraph, fixed: Fixed) -> Rows:
     return _placed(first_guess(graph), graph, fixed)
 
 
+def _frames(graph: PoseGraph, fixed: Fixed) -> Rows:
+    return _placed(aligned_chains(graph), graph, fixed)
+
+
 def _placed(rows: Rows, graph: PoseGraph, fixed: Fixed) -> Rows:
     """Move each part as a whole to where its first known pose is; the other known ones go there alone."""
     space = se2 if graph.freedom == 3 else se3
@@ -47,12 +54,24 @@ def _placed(rows: Rows, graph: PoseGraph, fixed: Fixed) -> Rows:
     return moved
 
 
+def misfit(graph: PoseGraph, rows: Rows) -> float:
+    """Cost of a start: squares of odometry, and logarithms of all else, of which much may be wrong."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        chi2, limit = chi_squares(graph, rows), truncation_chi2(graph.freedom)
+        total = float(np.where(graph.odometry, chi2, limit * np.log1p(chi2 / limit)).sum())
+    return total if np.isfinite(total) else np.inf
+
+
 STARTS: Mapping[str, Start] = MappingProxyType(
     {
         "given": Start(lambda graph, _: graph.poses, "the poses as they are"),
         "chordal": Start(_chordal, "two linear problems, see wifipgo.graph.chordal"),
         "odometry": Start(
             _odometry, "along a tree of measurements, odometry first, see wifipgo.graph.first_guess"
+        ),
+        "frames": Start(
+            _frames,
+            "robots' odometry, aligned by the loops that most agree with, see wifipgo.graph.team_frames",
         ),
     }
 )

@@ -9,13 +9,12 @@ from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple
 
-import gtsam
 import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.errors import NumericalError, pick, require
-from wifipgo.graph.losses import GNC_CONFIDENCE, LOSSES, huber_weight, truncation_chi2
+from wifipgo.graph.losses import LOSSES, huber_weight, truncation_chi2
 from wifipgo.graph.posegraph import PoseGraph, normalised
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers._elimination import (
@@ -26,10 +25,10 @@ from wifipgo.graph.solvers._elimination import (
     named,
     parameters,
     searched,
-    truncated,
 )
+from wifipgo.graph.solvers._graduated import truncated_squares
 from wifipgo.graph.solvers._keyed_factors import ORDER, factors_of, name_of, rows_of, values_of
-from wifipgo.graph.solvers._starts import STARTS
+from wifipgo.graph.solvers._starts import STARTS, misfit
 from wifipgo.graph.solvers.report import Downweighted, Report
 from wifipgo.threads import one_thread
 
@@ -38,7 +37,7 @@ INITIAL: Mapping[str, str] = MappingProxyType(
     {name: start.meaning for name, start in STARTS.items()}
     | {
         "best": "the lowest of the optima from the given poses and from chordal ones; from odometry too if "
-        "these two differ",
+        "these two differ; of a team under gnc, from frames, and from the given poses if they fit better",
     }
 )
 TOLERANCE = 1e-10  # on the relative and absolute fall of the error
@@ -113,12 +112,31 @@ def solve_graph(
 def _from(task: _Task, rows: Float[np.ndarray, "poses dims"], initial: str) -> _Optimum:
     """Optimum from one kind of start, doubted where another one leads lower."""
     if initial == "best":
-        return _best(task, rows)
+        return _best_of_team(task, rows) if _votes_count(task) else _best(task, rows)
     found = _minimum(task, _start(task, rows, initial))
-    if initial == "chordal":
+    second = "frames" if _votes_count(task) else "chordal"
+    if initial == second:
         return _doubted(found, _cost(task, rows), "the given poses")
-    other = _tried(task, rows, "chordal")
-    return found if other is None else _doubted(found, other.cost, "a chordal start")
+    other = _tried(task, rows, second)
+    return found if other is None else _doubted(found, other.cost, f"initial={second!r}")
+
+
+def _votes_count(task: _Task) -> bool:
+    """Whether loops between robots may be wrong: then those that agree lead better than all together."""
+    graph = task.graph
+    return LOSSES[task.robust].graduated and bool((graph.between_robots & (graph.weight > 0.0)).any())
+
+
+def _best_of_team(task: _Task, rows: Float[np.ndarray, "poses dims"]) -> _Optimum:
+    """Optimum from aligned frames; from given poses too, and the lower, if more fits there."""
+    frames = _start(task, rows, "frames")
+    found = _minimum(task, frames)
+    if misfit(task.graph, frames) < misfit(task.graph, rows):
+        return found
+    given = _tried(task, rows, "given")
+    if given is None or (found.cost < given.cost and not _same(found.cost, given.cost)):
+        return found
+    return given
 
 
 def _best(task: _Task, rows: Float[np.ndarray, "poses dims"]) -> _Optimum:
@@ -163,7 +181,7 @@ def _minimum(task: _Task, rows: Float[np.ndarray, "poses dims"]) -> _Optimum:
     graph, weight = task.graph, np.ones(len(task.graph.tail))
     with named("search", partial(name_of, graph)):
         if task.robust == "gnc":
-            rows, weight = _truncated(task, rows)
+            rows, weight = truncated_squares(graph, rows, task.fixed)
         rows, report = _search(task._replace(graph=graph.with_weight(graph.weight * weight)), rows)
     if task.robust == "huber":
         weight = _huber_weights(graph, rows)
@@ -247,26 +265,6 @@ def _search(
     chi2 = (2.0 * found.before, 2.0 * found.after)
     counts = (len(used), len(graph.tail) - len(used))
     return rows_of(found.values, graph.freedom), Report(found.iterations, *chi2, *counts)
-
-
-def _truncated(
-    task: _Task, rows: Float[np.ndarray, "poses dims"]
-) -> tuple[Float[np.ndarray, "poses dims"], Float[np.ndarray, " edges"]]:
-    """Solution and weights of truncated squares; odometry and anchors keep their weight."""
-    graph = task.graph
-    factors, used = factors_of(graph, rows, task.fixed, huber=False)
-    n_anchors = factors.size() - len(used)
-    trusted = [*range(n_anchors), *(n_anchors + np.flatnonzero(graph.odometry[used])).tolist()]
-    values, left = truncated(
-        factors,
-        values_of(rows),
-        gtsam.LevenbergMarquardtParams(),
-        trusted=trusted,
-        confidence=GNC_CONFIDENCE,
-    )
-    weight = np.ones(len(graph.tail))
-    weight[used] = np.clip(left[n_anchors:], 0.0, 1.0)
-    return rows_of(values, graph.freedom), weight
 
 
 def _huber_weights(graph: PoseGraph, rows: Float[np.ndarray, "poses dims"]) -> Float[np.ndarray, " edges"]:
