@@ -22,7 +22,7 @@ from wifipgo.files.text_files import read_json
 from wifipgo.scenarios import SCENARIOS, Scenario
 
 _RECORD: Mapping[str, type] = {"scenario": dict, "policies": list, "trials": int, "seed": int}
-_ENOUGH = 10  # trials from which a bootstrap interval is one
+_ENOUGH = 10  # trials from which an interval is one
 _OPTIONAL = ("reference", "sources")  # stand in a record only if there are any
 _PACKAGES = ("wifipgo", "numpy", "gtsam", "pymunk", "pettingzoo")
 

@@ -73,18 +73,12 @@ def by_trial(steps: pd.DataFrame, policy: str) -> Trials:
 
 
 def bands(values: Float[np.ndarray, "trials iterations"]) -> Float[np.ndarray, "3 iterations"]:
-    """Mean over trials and the ends of its 95 % interval (percentile bootstrap); of one trial, its values."""
-    mean = values.mean(axis=0)
-    if len(values) < 2:
+    """Mean over trials and the ends of its 95 % interval (t); of one trial, its values."""
+    n, mean = len(values), values.mean(axis=0)
+    if n < 2:
         return np.stack([mean] * 3)
-    options: Any = {
-        "method": "percentile",
-        "n_resamples": 1_000,
-        "batch": 100,
-        "confidence_level": CONFIDENCE,
-    }
-    found = stats.bootstrap((values,), np.mean, axis=0, rng=np.random.default_rng(0), **options)
-    return np.stack([mean, found.confidence_interval.low, found.confidence_interval.high])
+    half = stats.t.ppf(0.5 + 0.5 * CONFIDENCE, n - 1) * values.std(axis=0, ddof=1) / np.sqrt(n)
+    return np.stack([mean, mean - half, mean + half])
 
 
 def curve(axes: Axes, values: Float[np.ndarray, "trials iterations"], place: int, n_policies: int) -> None:

@@ -5,8 +5,8 @@ from pathlib import Path
 from wifipgo.command.figures import Axes, Figure
 
 import matplotlib as mpl
-import numpy as np
 
+from baselines.evaluation.intervals import mean_of
 from baselines.evaluation.plan import Plan
 from baselines.evaluation.plots import (
     STYLE,
@@ -20,7 +20,6 @@ from baselines.evaluation.plots import (
 )
 from baselines.evaluation.rows import shown
 from baselines.evaluation.run_folder import Tables
-from baselines.evaluation.statistics import bootstrap
 from wifipgo.world.coverage import TOLERANCE_M
 
 _CURVES_IN, _AROUND_IN = 3.3, 1.6
@@ -49,12 +48,12 @@ def _rows(axes: Axes, plan: Plan, trials: list[Trials]) -> None:
     order = sorted(range(len(final)), key=lambda place: -final[place].mean())
     name_rows(axes, [plan.policies[place] for place in order], order)
     for row, place in zip(range(len(order))[::-1], order, strict=True):
-        found = bootstrap((final[place],), np.mean)
+        found = mean_of(final[place])
         if found.low is not None and found.high is not None:
             axes.plot([found.low, found.high], [row, row], color=colour_of(place), lw=2.0)
         axes.plot(final[place].mean(), row, "o", color=colour_of(place), ms=6)
         axes.text(1.02, row, shown(found), transform=axes.get_yaxis_transform(), va="center", fontsize=9)
-    interval = ", 95 % bootstrap interval over trials" if plan.trials > 1 else ""
+    interval = ", 95 % interval over trials" if plan.trials > 1 else ""
     axes.set_xlabel(f"score at the end: mean{interval}")
     axes.grid(axis="x", alpha=0.3)
     axes.spines["left"].set_visible(False)

@@ -15,13 +15,13 @@ from baselines.evaluation import pictures
 from baselines.evaluation.arena_picture import draw_arena, window
 from baselines.evaluation.episodes import Episode
 from baselines.evaluation.err_picture import draw_err
+from baselines.evaluation.intervals import mean_of
 from baselines.evaluation.labels import names_of, wrapped
 from baselines.evaluation.median_trial import median_trial
 from baselines.evaluation.plan import Plan
 from baselines.evaluation.plots import bands, by_trial
 from baselines.evaluation.run_folder import Tables
 from baselines.evaluation.score_picture import draw_score
-from baselines.evaluation.statistics import bootstrap
 from baselines.policies.specs import Spec
 from wifipgo.scenarios import scenario_named
 from wifipgo.world.layout import room_walls
@@ -143,7 +143,7 @@ def test_an_early_end_keeps_the_score_and_meets_nobody() -> None:
 def test_bands_are_those_of_each_iteration() -> None:
     values = curves(7, 4, np.random.default_rng(2))
     for k, column in enumerate(values.T):
-        alone = bootstrap((column,), np.mean, method="percentile", n_resamples=1_000)
+        alone = mean_of(column)
         assert bands(values)[:, k].tolist() == pytest.approx([alone.value, alone.low, alone.high])
 
 
