@@ -156,3 +156,16 @@ def test_known_poses_stay_whatever_the_start(initial: str, dims: int) -> None:
     assert report.converged
     np.testing.assert_allclose(found[fixed], poses[fixed], atol=1e-5)
     np.testing.assert_allclose(found, expected, atol=1e-3)
+
+
+def test_a_search_of_a_team_that_is_cut_says_so_and_goes_on_if_allowed() -> None:
+    """Huber's loss from a bad start takes more than two steps."""
+    poses, edges = team(0.05)
+    lost = poses.copy()
+    lost[:, 1:] = [3.0, -3.0, 2.0]
+    _, cut = solve(lost, edges, robots=[0, 1], loss="huber", max_iterations=1)
+    assert not cut.converged
+    assert "iterations" in cut.doubt
+    _, whole = solve(lost, edges, robots=[0, 1], loss="huber", max_iterations=400)
+    assert whole.converged
+    assert whole.chi2_after < cut.chi2_after

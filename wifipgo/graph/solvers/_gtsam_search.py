@@ -9,7 +9,13 @@ from jaxtyping import Float, Int
 
 from wifipgo.graph.covariance import in_world_axes
 from wifipgo.graph.losses import GNC_CONFIDENCE
-from wifipgo.graph.solvers._elimination import marginals, parameters, searched, truncated
+from wifipgo.graph.solvers._elimination import (
+    MAX_ITERATIONS,
+    marginals,
+    parameters,
+    searched,
+    truncated,
+)
 from wifipgo.graph.solvers._gauss_newton import descend
 
 TOLERANCE = 1e-8  # on the relative and absolute fall of the error: poses within about 0.1 mm of the optimum
@@ -57,9 +63,11 @@ def as_values(start: Float[np.ndarray, "poses 3"]) -> gtsam.Values:
     return values
 
 
-def optimise(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> SearchOptimum:
-    """Run Levenberg-Marquardt."""
-    return _damped(graph, values, graph.error(values), 0)
+def optimise(
+    graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, most: int = MAX_ITERATIONS
+) -> SearchOptimum:
+    """Run Levenberg-Marquardt, ``most`` iterations at most."""
+    return _damped(graph, values, before=graph.error(values), spent=0, most=most)
 
 
 class _At(NamedTuple):
@@ -69,7 +77,9 @@ class _At(NamedTuple):
     error: float
 
 
-def least_squares(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> SearchOptimum:
+def least_squares(
+    graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, most: int = MAX_ITERATIONS
+) -> SearchOptimum:
     """Gauss-Newton while the error falls; Levenberg-Marquardt from the best poses once it does not.
 
     One order of elimination serves all steps.
@@ -78,7 +88,7 @@ def least_squares(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> Se
     start = _At(values, graph.error(values))
     at, search = descend(partial(_step, graph, ordering), start)
     if not search.settled:
-        return _damped(graph, at.values, start.error, search.steps)
+        return _damped(graph, at.values, before=start.error, spent=search.steps, most=most)
     return SearchOptimum(graph, at.values, search.steps, start.error, at.error)
 
 
@@ -101,10 +111,10 @@ def _step(
 
 
 def _damped(
-    graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, before: float, spent: int
+    graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, *, before: float, spent: int, most: int
 ) -> SearchOptimum:
     """Levenberg-Marquardt after some steps without it."""
-    params = parameters(tolerance=TOLERANCE)
+    params = parameters(tolerance=TOLERANCE, max_iterations=most)
     found = searched(graph, values, params)
     return SearchOptimum(
         graph, found.values, spent + found.iterations, before, found.after, settled=found.settled

@@ -10,12 +10,12 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from wifipgo.arithmetic import harmless_underflow
-from wifipgo.errors import pick
+from wifipgo.errors import pick, require
 from wifipgo.graph.bearings import NEAREST_M, Bearings, bearing_residuals, select_bearings
 from wifipgo.graph.edges import Edges
 from wifipgo.graph.losses import BEARING_C, LOSSES, geman_mcclure_weight
 from wifipgo.graph.solvers._banded_descent import BandedOptimum, banded_optimum
-from wifipgo.graph.solvers._elimination import named
+from wifipgo.graph.solvers._elimination import MAX_ITERATIONS, named
 from wifipgo.graph.solvers._factors import add_bearings, keys
 from wifipgo.graph.solvers._gtsam_search import SearchOptimum, as_values, least_squares, optimise, truncate
 from wifipgo.graph.solvers._losses import weight_at_huber_loss
@@ -60,6 +60,7 @@ def solve(
     start_sigma: Float[np.ndarray, "#robots 2"] | tuple[float, float] = KNOWN_START,
     covariances: bool = False,
     initial: str = "given",
+    max_iterations: int = MAX_ITERATIONS,
 ) -> tuple[Float[np.ndarray, "robots times 3"], Report]:
     """Poses of some robots that make their shared measurements most likely (paper Eq. 3).
 
@@ -85,6 +86,7 @@ def solve(
             beyond working precision.
         initial: Where the search starts, one of `INITIAL`. Only "best" compares two starts, at more than
             twice the time.
+        max_iterations: Of Levenberg-Marquardt; once more as many by QR where that is not enough.
 
     Returns:
         New poses, those of other robots unchanged, and the report.
@@ -96,6 +98,7 @@ def solve(
     """
     pick(LOSSES, loss, "loss")
     pick(INITIAL, initial, "initial poses")
+    require(max_iterations >= 1, "max_iterations", ">= 1", max_iterations)
     problem = posed(
         poses,
         edges,
@@ -105,7 +108,7 @@ def solve(
         start_sigma=start_sigma,
     )
     with named("solve", partial(name_of, problem, edges)):
-        found = _from(problem, edges, loss, initial)
+        found = _from(problem, edges, initial, lambda start: _SEARCHES[loss](start, edges, max_iterations))
     down = _let_go(loss, problem, found)
     solved = _put_back(poses, found.poses, problem)
     if bearings is not None:
@@ -119,14 +122,14 @@ def solve(
     return solved, Report(found.iterations, *chi2, *counts, down, ends, not doubt, doubt)
 
 
-def _from(problem: Problem, edges: Edges, loss: str, initial: str) -> Optimum:
+def _from(problem: Problem, edges: Edges, initial: str, search: Callable[[Problem], Optimum]) -> Optimum:
     """One search from one start, or the lower of two."""
     if initial == "given":
-        return _found(problem, edges, loss)
-    chordal = _found(chordal_start(problem, edges), edges, loss)
+        return search(problem)
+    chordal = search(chordal_start(problem, edges))
     if initial == "chordal":
         return chordal
-    given = _found(problem, edges, loss)
+    given = search(problem)
     return given if given.after <= chordal.after * (1.0 + SAME_OPTIMUM) else chordal
 
 
@@ -155,34 +158,29 @@ def _heard(bearings: Bearings | None, first_key: Int[np.ndarray, " robots"]) -> 
     return ours[np.lexsort(columns[::-1])]
 
 
-def _found(problem: Problem, edges: Edges, loss: str) -> Optimum:
-    """One search under a loss."""
-    return _SEARCHES[loss](problem, edges)
-
-
-def _squares(problem: Problem, edges: Edges) -> Optimum:
+def _squares(problem: Problem, edges: Edges, most: int) -> Optimum:
     """Squares, without gtsam where that is faster."""
     low = banded_optimum(problem, edges)
-    return low or least_squares(build(problem, edges, huber=False), as_values(problem.start))
+    return low or least_squares(build(problem, edges, huber=False), as_values(problem.start), most)
 
 
-def _hubers(problem: Problem, edges: Edges) -> SearchOptimum:
+def _hubers(problem: Problem, edges: Edges, most: int) -> SearchOptimum:
     """Huber's loss, by Levenberg-Marquardt."""
-    return optimise(build(problem, edges, huber=True), as_values(problem.start))
+    return optimise(build(problem, edges, huber=True), as_values(problem.start), most)
 
 
-def _truncated(problem: Problem, edges: Edges) -> SearchOptimum:
+def _truncated(problem: Problem, edges: Edges, most: int) -> SearchOptimum:
     """Weights by GNC, then a search under these weights."""
     graph, n_anchors = build(problem, edges, huber=False), len(problem.team)
     trusted = np.append(np.arange(n_anchors), n_anchors + np.flatnonzero(~problem.doubted))
     values, weights = truncate(graph, as_values(problem.start), trusted=trusted.tolist())
     weight = edges.weight.copy()
     weight[problem.rows] *= np.maximum(weights[n_anchors:], LEAST_WEIGHT)
-    found = least_squares(build(problem, replace(edges, weight=weight), huber=False), values)
+    found = least_squares(build(problem, replace(edges, weight=weight), huber=False), values, most)
     return found._replace(weight=weights[n_anchors:])
 
 
-_SEARCHES: Mapping[str, Callable[[Problem, Edges], Optimum]] = MappingProxyType(
+_SEARCHES: Mapping[str, Callable[[Problem, Edges, int], Optimum]] = MappingProxyType(
     {"none": _squares, "huber": _hubers, "gnc": _truncated}
 )
 
