@@ -46,6 +46,8 @@ def _swept(text: str) -> tuple[str, list[Any]]:
     field, _, values = text.partition("=")
     found = [key_value(f"{field}={value}") for value in _at_commas(values)]
     require(len(found) > 1, f"--sweep {field}", "FIELD=A,B,...: two values or more", text)
+    twice = [value for k, (_, value) in enumerate(found) if value in [earlier for _, earlier in found[:k]]]
+    require(not twice, f"--sweep {field}", "values that differ", text)
     return found[0][0], [value for _, value in found]
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType, ModuleType
 
 from baselines.reproduce import fig2, fig5, fig7, fig8, fig9, fig10, fig10_literal
-from wifipgo.errors import UnknownNameError
+from wifipgo.errors import BadInputError, UnknownNameError
 
 # Each has a TITLE, tasks(setting) and make(setting, folder).
 FIGURES: Mapping[str, ModuleType] = MappingProxyType(
@@ -19,6 +19,7 @@ FIGURES: Mapping[str, ModuleType] = MappingProxyType(
     }
 )
 ALL = "all"
+_MEASURE_NOTHING = frozenset({"fig1", "fig3", "fig4", "fig6"})
 NOT_REDONE = (
     "Figures 1, 3, 4 and 6 of the paper are not redone: they show the idea (1), the angle of Eq. 8 (3), the "
     "simulator's window (4) and the robots (6), and measure nothing."
@@ -29,9 +30,13 @@ def chosen(names: tuple[str, ...]) -> list[str]:
     """Figures by name, each once, in the paper's order.
 
     Raises:
-        ValueError: One does not exist; the message lists those that do.
+        ValueError: One does not exist, or measures nothing; the message lists those that do.
     """
     for name in names:
+        if name in _MEASURE_NOTHING:
+            raise BadInputError(
+                f"figure must be one of {', '.join([ALL, *FIGURES])}, got {name!r}. {NOT_REDONE}"
+            )
         if name not in FIGURES and name != ALL:
             raise UnknownNameError("figure", name, [ALL, *FIGURES])
     return [name for name in FIGURES if name in names or ALL in names or not names]

@@ -16,7 +16,14 @@ from baselines.reproduce._runs import Run, changed
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["fig6"], "unknown figure 'fig6'; known: all, fig10, fig10_literal, fig2, fig5, fig7, fig8, fig9"),
+        (
+            ["figure7"],
+            "unknown figure 'figure7'; known: all, fig10, fig10_literal, fig2, fig5, fig7, fig8, fig9",
+        ),
+        (["fig6"], "got 'fig6'. Figures 1, 3, 4 and 6 of the paper are not redone: they show the idea (1)"),
+        (["fig7", "--sweep", "kappa=2,3,2"], "--sweep kappa must be values that differ, got 'kappa=2,3,2'"),
+        (["fig7", "--sweep", "err_threshold=5,5.0"], "--sweep err_threshold must be values that differ"),
+        (["fig7", "--sweep", "err_threshold=5,nan"], "err_threshold must be of type float, got 'nan'"),
         (["fig2", "--trials", "0"], "trials must be >= 1, got 0"),
         (["fig2", "--trials", "-3"], "trials must be >= 1, got -3"),
         (["fig2", "--seed", "-1"], "seed must be >= 0"),
