@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from support.graphs import between, compose, small
 
+from wifipgo.errors import NumericalError
 from wifipgo.graph.optimise import optimise
 from wifipgo.graph.posegraph import PoseGraph, pose_graph
 from wifipgo.graph.solvers.spatial import solve_graph
@@ -97,3 +98,18 @@ def test_a_worse_minimum_of_a_team_is_not_called_converged() -> None:
     assert not best.weight[is_wrong].any()
     assert not lost.converged
     assert "frames" in lost.doubt
+
+
+def test_where_votes_cannot_be_counted_other_starts_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Noise beyond working precision leaves PCM without an answer; the given poses are near."""
+    truth, graph, _ = tunnels(3, noise=0.02, wrong_ones=2)
+
+    def singular(*_: object) -> None:
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    monkeypatch.setattr("wifipgo.graph.team_frames.pair_chi2", singular)
+    found, report = solve_graph(graph, truth, initial="best", robust="gnc")
+    assert report.converged
+    assert np.abs(found - truth)[:, :2].max() < 1.0
+    with pytest.raises(NumericalError, match="frames of robots"):
+        solve_graph(graph, truth, initial="frames", robust="gnc")

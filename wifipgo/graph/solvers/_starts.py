@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo import se2, se3
+from wifipgo.errors import NumericalError
 from wifipgo.graph.chordal import matrices, pose_rows, two_stage
 from wifipgo.graph.first_guess import first_guess
 from wifipgo.graph.losses import truncation_chi2
@@ -40,7 +41,10 @@ def _odometry(graph: PoseGraph, fixed: Fixed) -> Rows:
 
 
 def _frames(graph: PoseGraph, fixed: Fixed) -> Rows:
-    return _placed(aligned_chains(graph), graph, fixed)
+    try:
+        return _placed(aligned_chains(graph), graph, fixed)
+    except np.linalg.LinAlgError as error:
+        raise NumericalError("frames of robots: noise of loops is singular to working precision") from error
 
 
 def _placed(rows: Rows, graph: PoseGraph, fixed: Fixed) -> Rows:

@@ -129,8 +129,11 @@ def _votes_count(task: _Task) -> bool:
 
 def _best_of_team(task: _Task, rows: Float[np.ndarray, "poses dims"]) -> _Optimum:
     """Optimum from aligned frames; from given poses too, and the lower, if more fits there."""
-    frames = _start(task, rows, "frames")
-    found = _minimum(task, frames)
+    try:
+        frames = _start(task, rows, "frames")
+        found = _minimum(task, frames)
+    except NumericalError:
+        return _best(task, rows)
     if misfit(task.graph, frames) < misfit(task.graph, rows):
         return found
     given = _tried(task, rows, "given")
