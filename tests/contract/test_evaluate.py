@@ -181,7 +181,7 @@ def test_a_folder_that_is_no_evaluation_is_never_replaced(tmp_path: Path) -> Non
         (["--trials", "0"], "trials must be >= 1, got 0"),
         (["--scenario", "[red]x"], "unknown scenario '[red]x'; known: paper-hw-2,"),
         (["--policies", "active,nobody"], "unknown policy 'nobody'; known: active,"),
-        (["--policies", "active:gain=1"], "'gain'; known: err_threshold"),
+        (["--policies", "active:gain=1"], "'gain'; known: caller_drives, err_threshold"),
         (["--policies", "random:gain=1"], "'gain'; known: none"),
         (["--policies", "active:err_threshold=high"], "err_threshold must be of type float, got 'high'"),
         (["--policies", ","], "policies must be one or more"),
