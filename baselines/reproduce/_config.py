@@ -34,7 +34,7 @@ class ReproduceConfig:
     Example: wifipgo reproduce fig7 fig8 --sweep err_threshold=5,10,20 --trials 20 --roots 1
 
     Attributes:
-        figures: all, or any of fig2 fig5 fig7 fig8 fig9 fig10.
+        figures: all, or any of fig2 fig5 fig7 fig8 fig9 fig10 fig10_literal.
         trials: Worlds of each root, each met by everything that is compared. Left out: 60 with two robots,
             10 with fifty.
         roots: Roots of seeds; the worlds of all are one pool.
