@@ -161,7 +161,8 @@ def test_benchmarks_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench"]) == 0
     printed = capsys.readouterr().out
     for path in (ROOT / "benchmarks").glob("[a-z]*.py"):
-        assert f"\n  {path.stem} " in printed
+        is_program = 'if __name__ == "__main__"' in path.read_text("utf-8")
+        assert (f"\n  {path.stem} " in printed) == is_program, path
     assert main(["bench", "sped"]) == 2
     assert "did you mean 'speed'?" in capsys.readouterr().err
 
@@ -169,7 +170,8 @@ def test_benchmarks_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_benchmark_is_run_with_its_options(tmp_path: Path) -> None:
     """As a program of its own, whose exit code counts; one of the current folder is another."""
     (tmp_path / "benchmarks").mkdir()
-    text = 'import sys\nprint(__name__, sys.argv[1:], "numpy" in sys.modules)\nsys.exit(7)\n'
+    lines = ("import sys", 'if __name__ == "__main__":', '    print(sys.argv[1:], "numpy" in sys.modules)')
+    text = "\n".join((*lines, "    sys.exit(7)\n"))
     (tmp_path / "benchmarks" / "__init__.py").touch()
     (tmp_path / "benchmarks" / "own.py").write_text(text, encoding="utf-8")
     program = (
@@ -177,7 +179,7 @@ def test_a_benchmark_is_run_with_its_options(tmp_path: Path) -> None:
         f"bench.checkout = lambda: pathlib.Path({str(tmp_path)!r}); sys.exit(bench.main(['own', '--fast']))"
     )
     done = python(tmp_path.parent, "-c", program)
-    assert (done.returncode, done.stdout) == (7, "__main__ ['--fast'] False\n"), done.stderr
+    assert (done.returncode, done.stdout) == (7, "['--fast'] False\n"), done.stderr
 
 
 def test_without_a_checkout_there_are_no_benchmarks(

@@ -37,7 +37,7 @@ def test_importing_twice_is_silent_and_importing_is_enough() -> None:
         importlib.reload(envs)
     code = (
         "import sys, envs, gymnasium, pettingzoo\n"
-        "assert 'wifipgo' not in sys.modules, 'registering loads nothing'\n"
+        "assert 'wifipgo.scenarios' not in sys.modules, 'registering loads nothing'\n"
         f"gymnasium.make({TEAM!r}), pettingzoo.make('parallel', 'wifipgo/rendezvous-v0')"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
