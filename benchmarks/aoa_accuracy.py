@@ -1,6 +1,6 @@
 """Accuracy of the angle-of-arrival estimators: paths, Rician K factor, rooms, and the Cramer-Rao bound.
 
-Run: ``python benchmarks/aoa_accuracy.py [--trials N] [--json OUT] [--picture PNG]``. A robot with
+Run: ``wifipgo bench aoa_accuracy [--trials N] [--json OUT] [--picture PNG]``. A robot with
 the paper's antenna pair makes a quarter turn; every trial has a new world.
 
 - *Random paths*: the direct path and echoes of equal power, K above their sum, every

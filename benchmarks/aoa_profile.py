@@ -1,6 +1,6 @@
 """One profile to look at: over azimuth and elevation, and over azimuth from above (paper Fig. 2).
 
-Run: ``python benchmarks/aoa_profile.py [--picture PNG] [--json OUT]``. A robot makes a quarter turn
+Run: ``wifipgo bench aoa_profile [--picture PNG] [--json OUT]``. A robot makes a quarter turn
 on the spot. The direct path comes from 60 degrees to the left and 25 degrees above, two echoes
 from elsewhere in the plane, 6 dB below it together; 20 dB SNR.
 """

@@ -1,6 +1,6 @@
 """Speed of pose graph optimisation on one core, building of the problem included.
 
-Run: ``python benchmarks/graph_speed.py [--json FILE] [--seconds S]``. Robots walk at random and measure each
+Run: ``wifipgo bench graph_speed [--json FILE] [--seconds S]``. Robots walk at random and measure each
 other, and places where they were before, within 2.2 m, with the noise of ``paper-sim-50``. *Cold* starts from
 dead reckoning; *warm* from the optimum without ten of the measurements. Times are of this process alone,
 median and fastest; the machine's other work still slows what it shares, so look at the fastest beside the

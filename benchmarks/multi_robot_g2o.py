@@ -1,6 +1,6 @@
 """Multi-robot pose graphs: the optimum of one computer, and what the robots reach by themselves.
 
-Run: ``python benchmarks/multi_robot_g2o.py [--data DIR] [--json FILE]``. DIR holds one folder
+Run: ``wifipgo bench multi_robot_g2o [--data DIR] [--json FILE]``. DIR holds one folder
 a data set, with one g2o file a robot; if left out it is ``g2o`` in $WIFIPGO_DATA, or else in ../shared/data.
 Where DIR also has a ``reference.json`` of format g2o-reference/1, its figures stand beside ours. Times are of
 one core and include the building of the problem. "two stages" (``distributed_two_stage`` in the file) is the

@@ -1,6 +1,6 @@
 """Our propagation paths beside those of an independent ray tracer, file by file.
 
-Run: ``python benchmarks/oracle_paths.py [--data DIR] [--json FILE] [--picture FILE]``. Every fixture
+Run: ``wifipgo bench oracle_paths [--data DIR] [--json FILE] [--picture FILE]``. Every fixture
 in DIR (formats: `benchmarks.reference_files`) is traced and compared path by path. Without
 DIR these are the folders ``sionna`` and ``sionna_diffraction`` of ``$WIFIPGO_DATA``, else of
 ``shared/data`` beside the checkout, those that are there. The picture lies beside the JSON

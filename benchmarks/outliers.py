@@ -1,6 +1,6 @@
 """Outlier methods side by side: reduction of the ground-truth error over a grid of encounters.
 
-Run: ``python benchmarks/outliers.py [--full] [--trials N] [--jobs N] [--seed S] [--out DIR] [--resume]``.
+Run: ``wifipgo bench outliers [--full] [--trials N] [--jobs N] [--seed S] [--out DIR] [--resume]``.
 A cell is a range, a quality of odometry, a kind and number of outliers among 9 relative poses, and whether
 starts are known (`baselines.reproduce.encounters`). Every method solves the same encounters, so
 comparisons are paired. The reduction is that of Eq. 12 + Eq. 13 against no method at all, which knows

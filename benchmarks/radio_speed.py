@@ -1,6 +1,6 @@
 """Speed of the radio wing on one core, beside the machine's own limit and a plain loop.
 
-Run: ``python benchmarks/radio_speed.py [--json OUT] [--seconds S]``. The limit of the profiles is
+Run: ``wifipgo bench radio_speed [--json OUT] [--seconds S]``. The limit of the profiles is
 the complex64 matrix product of their shape, timed in turn with them: the product alone,
 without the squares and the scaling that make a profile of it. The loop does one link
 and one direction after the other, as the formula is written. Goals are held against the

@@ -1,6 +1,6 @@
 """Bearings from real CSI recordings beside another toolbox's, with and without rejection.
 
-Run: ``python benchmarks/real_csi.py [--data DIR] [--json OUT] [--picture PNG]``. Reads every
+Run: ``wifipgo bench real_csi [--data DIR] [--json OUT] [--picture PNG]``. Reads every
 pack (``*.npz``) and every raw run in DIR, also below it; a link that is in both counts once.
 The truth is the bearing from the *mean* position of the receiver's aperture. The closest peak
 is chosen by the truth, so it is an oracle's score. Rejected are the least confident 10 % of

@@ -1,6 +1,6 @@
 """Speed of the pictures on one core, in processor time.
 
-Run: ``python benchmarks/render_speed.py [--json FILE] [--repeats N]``. Every tick of an episode of the
+Run: ``wifipgo bench render_speed [--json FILE] [--repeats N]``. Every tick of an episode of the
 active policy is drawn in order, as a film draws it, from tick to array; each repeat draws the
 episode anew, floor and trajectories included. Processor time does not count waiting for others, but a
 busy machine has slower memory: the row "copying" is what moving the same pixels costs at that moment.

@@ -1,6 +1,6 @@
 """Speed of the environment on one core, whole and part by part.
 
-Run: ``python benchmarks/speed.py [--json FILE] [--seconds S]``. Whole steps include channel,
+Run: ``wifipgo bench speed [--json FILE] [--seconds S]``. Whole steps include channel,
 CSI, AOA and pose graph optimisation; parts are timed on the state in the middle of an
 episode of the active policy. The clock is the processor time of this process. The median of
 many calls is shown, and the fastest, which is what the machine can do when nothing else runs

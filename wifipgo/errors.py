@@ -86,17 +86,24 @@ class GraphFileError(TextFileError):
 
 def nearest(name: object, known: Iterable[str]) -> str:
     """The known name that was probably meant; empty if none is near, or two as near as each other."""
-    from difflib import SequenceMatcher  # noqa: PLC0415 (only who mistypes waits for it)
-
     if not isinstance(name, str):
         return ""
-    matcher = SequenceMatcher(b=name[:_LONGEST_NAME].casefold())
-    shares = {}
-    for each in known:
-        matcher.set_seq1(each[:_LONGEST_NAME].casefold())
-        shares[each] = matcher.ratio()
-    best = [each for each, share in shares.items() if share == max(shares.values()) and share >= _NEAR]
+    best = _likest(name.casefold(), {each: each.casefold() for each in known})
+    if len(best) > 1:  # names that differ in capitals alone
+        best = _likest(name, {each: each for each in best})
     return best[0] if len(best) == 1 else ""
+
+
+def _likest(name: str, known: Mapping[str, str]) -> list[str]:
+    """Keys of the texts that are most like a name, if they are near it at all."""
+    from difflib import SequenceMatcher  # noqa: PLC0415 (only who mistypes waits for it)
+
+    matcher = SequenceMatcher(b=name[:_LONGEST_NAME])
+    shares = {}
+    for key, text in known.items():
+        matcher.set_seq1(text[:_LONGEST_NAME])
+        shares[key] = matcher.ratio()
+    return [key for key, share in shares.items() if share == max(shares.values()) and share >= _NEAR]
 
 
 def pick(table: Mapping[str, T], name: object, kind: str) -> T:

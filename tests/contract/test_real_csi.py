@@ -16,13 +16,13 @@ from support.synthetic_run import write_run
 from benchmarks import real_csi
 from wifipgo.command.command_line import exit_code
 
-BENCHMARK = Path(__file__).resolve().parents[2] / "benchmarks" / "real_csi.py"
+ROOT = Path(__file__).resolve().parents[2]
 SPOTS_M = {"tx2": (-2.4, 2.6, 0.7), "tx3": (2.5, -2.6, 0.5)}
 
 
 def run(*arguments: str | Path) -> "subprocess.CompletedProcess[str]":
-    command = [sys.executable, str(BENCHMARK), *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+    command = [sys.executable, "-m", "benchmarks.real_csi", *map(str, arguments)]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 
 
 def test_the_pack_and_its_raw_run(tmp_path: Path) -> None:
