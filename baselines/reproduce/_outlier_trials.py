@@ -1,7 +1,6 @@
 """What Fig. 10 is made of: runs until nine relative poses, and encounters of a grid."""
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
@@ -11,7 +10,7 @@ from jaxtyping import Bool, Float
 
 from baselines.evaluation.episodes import play
 from baselines.policies import make_policy
-from baselines.reproduce.encounter_grid import encounter, error_under, ground_truth_error
+from baselines.reproduce.encounter_grid import encounter, error_under, ground_truth_error, without
 from baselines.reproduce.encounters import EncounterConfig
 from envs.rendezvous_v0 import vector_env
 from wifipgo import se2
@@ -60,7 +59,7 @@ class OutlierTrial(NamedTuple):
 
     def keep(self, result: Arrays) -> None:
         """Write to a file that is there whole or not at all."""
-        _save(self.path, result)
+        save(self.path, result)
 
     def load(self) -> Arrays:
         """Read what `keep` wrote."""
@@ -90,14 +89,15 @@ class Cell(NamedTuple):
 
     def keep(self, result: Arrays) -> None:
         """Write to a file that is there whole or not at all."""
-        _save(self.path, result)
+        save(self.path, result)
 
     def load(self) -> Arrays:
         """Read what `keep` wrote."""
         return read_sealed_npz(self.path)
 
 
-def _save(path: Path, result: Arrays) -> None:
+def save(path: Path, result: Arrays) -> None:
+    """Write arrays to a file that is there whole or not at all."""
     np.savez(buffer := BytesIO(), allow_pickle=False, **result)
     write_sealed(path, buffer.getvalue())
 
@@ -119,7 +119,7 @@ def _judged(tick: Tick) -> Arrays:
     """What every method leaves of a run, and what was measured in it."""
     belief, truth = tick.belief, tick.truth.poses
     edges, bearings = belief.log.edges, belief.log.bearings
-    true = replace(edges, weight=edges.weight * ~_outliers(edges, truth))
+    true = without(edges, _outliers(edges, truth))
     tried = [(edges, method) for method in METHODS] + [(true, "none")]
     errors = [
         ground_truth_error(

@@ -10,10 +10,11 @@ from itertools import product
 from types import MappingProxyType
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from baselines.reproduce.encounters import Encounter, EncounterConfig, simulate_encounter
 from wifipgo.graph.bearings import Bearings
+from wifipgo.graph.edges import Edges
 from wifipgo.graph.metrics import ate_rot, ate_trans
 from wifipgo.graph.outliers.methods import solve_robust
 
@@ -45,6 +46,11 @@ def ground_truth_error(
     return float((ate_trans(solved, truth) + ate_rot(solved, truth)).mean())
 
 
+def without(edges: Edges, dropped: Bool[np.ndarray, " edges"]) -> Edges:
+    """The measurements with some of no weight: what nobody could know who sees no truth."""
+    return replace(edges, weight=edges.weight * ~dropped)
+
+
 def error_under(
     method: str, seen: Encounter, *, bearings: Bearings | None = None, without_outliers: bool = False
 ) -> float:
@@ -58,7 +64,7 @@ def error_under(
     """
     edges = seen.edges
     if without_outliers:
-        edges = replace(edges, weight=edges.weight * (1.0 - seen.is_outlier))
+        edges = without(edges, seen.is_outlier)
     solved, _ = solve_robust(
         seen.start,
         edges,

@@ -99,9 +99,10 @@ def simulate_encounter(cfg: EncounterConfig, *, rng: np.random.Generator) -> Enc
     """Draw one encounter. One seed gives the same paths and noise for every kind and number of outliers."""
     walk, noise, outliers, channel = rng.spawn(4)
     truth = _paths(cfg, walk)
-    odometry = _odometry(truth, cfg, noise)
+    sigma = (cfg.odometry_scale * cfg.sigma_t_m, cfg.odometry_scale * cfg.sigma_r_rad)
+    odometry = wheel_odometry(truth, sigma=sigma, rng=noise, noise=cfg.noise)
     met, is_bad = _met(truth, cfg, noise, outliers)
-    start = _dead_reckoned(truth, odometry)
+    start = dead_reckoned(truth, odometry)
     if not cfg.start_known:
         start[1] = se2.compose(_alignment(start, met), start[1])
     return Encounter(
@@ -134,13 +135,25 @@ def _paths(cfg: EncounterConfig, rng: np.random.Generator) -> Float[np.ndarray, 
     return poses
 
 
-def _odometry(truth: Float[np.ndarray, "2 times 3"], cfg: EncounterConfig, rng: np.random.Generator) -> Edges:
-    """Every step of both robots."""
+def wheel_odometry(
+    truth: Float[np.ndarray, "2 times 3"],
+    *,
+    sigma: tuple[float, float],
+    rng: np.random.Generator,
+    noise: float = 1.0,
+) -> Edges:
+    """Every step of both robots.
+
+    Args:
+        truth: True poses.
+        sigma: Noise of a step, m and rad.
+        rng: Draws it.
+        noise: Factor on the noise that is drawn; what the robots take it to be stays.
+    """
     n = truth.shape[1] - 1
     robot, t = np.indices((2, n)).reshape(2, -1)
-    sigma = (cfg.odometry_scale * cfg.sigma_t_m, cfg.odometry_scale * cfg.sigma_r_rad)
-    unit = cfg.noise * rng.standard_normal((2, n, 3))
-    z = _off(se2.between(truth[:, :-1], truth[:, 1:]), unit * [sigma[0], *sigma])
+    unit = noise * rng.standard_normal((2, n, 3))
+    z = moved(se2.between(truth[:, :-1], truth[:, 1:]), unit * [sigma[0], *sigma])
     tail, head = np.stack([robot, t], axis=1), np.stack([robot, t + 1], axis=1)
     return Edges.measured(tail=tail, head=head, z=z.reshape(-1, 3), sigma=sigma)
 
@@ -156,12 +169,12 @@ def _met(
     who, now = np.arange(n) % 2, cfg.n_before + 1 + np.arange(n)
     exact = se2.between(truth[who, now], truth[1 - who, now])
     scale = np.array([cfg.sigma_t_m, cfg.sigma_t_m, cfg.sigma_r_rad])
-    good = _off(exact, cfg.noise * rng.standard_normal((n, 3)) * scale)
+    good = moved(exact, cfg.noise * rng.standard_normal((n, 3)) * scale)
     is_bad = outlier_rng.permutation(n) < cfg.n_outliers
     size = outlier_rng.uniform(2.0, 3.0, (n, 3))
     signs = np.where(outlier_rng.random((n, 3)) < 0.5, -1.0, 1.0)
     anywhere = outlier_rng.uniform([0.5, -np.pi, -np.pi], [1.5, np.pi, np.pi], (n, 3))
-    bad = _off(exact, size * (signs[:1] if cfg.kind == "same" else signs) * scale)
+    bad = moved(exact, size * (signs[:1] if cfg.kind == "same" else signs) * scale)
     if cfg.kind == "gross":
         range_m, azimuth, yaw = cfg.range_m * anywhere[:, 0], anywhere[:, 1], anywhere[:, 2]
         bad = np.stack([range_m * np.cos(azimuth), range_m * np.sin(azimuth), yaw], axis=-1)
@@ -172,11 +185,11 @@ def _met(
     return Edges.measured(tail=tail, head=head, z=z, sigma=sigma, reported_pose=told), is_bad
 
 
-def _off(z: Float[np.ndarray, "*rows 3"], by: Float[np.ndarray, "*rows 3"]) -> Float[np.ndarray, "*rows 3"]:
+def moved(z: Float[np.ndarray, "*rows 3"], by: Float[np.ndarray, "*rows 3"]) -> Float[np.ndarray, "*rows 3"]:
     """Measurements with an error, in the frame of the tail."""
-    moved = z + by
-    moved[..., 2] = se2.wrap_angle(moved[..., 2])
-    return moved
+    found = z + by
+    found[..., 2] = se2.wrap_angle(found[..., 2])
+    return found
 
 
 def _bearings(
@@ -205,7 +218,7 @@ def _bearings(
     )
 
 
-def _dead_reckoned(truth: Float[np.ndarray, "2 times 3"], odometry: Edges) -> Float[np.ndarray, "2 times 3"]:
+def dead_reckoned(truth: Float[np.ndarray, "2 times 3"], odometry: Edges) -> Float[np.ndarray, "2 times 3"]:
     """Odometry from the true first poses."""
     start, z = truth.copy(), odometry.z.reshape(2, -1, 3)
     for t in range(z.shape[1]):

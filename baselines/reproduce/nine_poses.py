@@ -13,15 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from baselines.reproduce.encounters import dead_reckoned, moved, wheel_odometry
 from wifipgo import se2
 from wifipgo.errors import require
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.edges import Edges, extended, select
 from wifipgo.graph.outliers.aoa_weights import PAPER_SIGMA_RAD
 from wifipgo.graph.solvers import KNOWN_START
-
-# What the solver is told where all measurements count alike.
-_EQUAL = (1.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,7 +89,8 @@ def simulate_run(cfg: NinePoses, *, rng: np.random.Generator) -> Run:
     """Draw one run. One seed gives the same paths and noise for every number of outliers."""
     walk, noise, outliers = rng.spawn(3)
     truth = _paths(cfg, walk)
-    odometry = _odometry(truth, cfg, noise)
+    scale = cfg.odometry_scale
+    odometry = wheel_odometry(truth, sigma=(scale * cfg.sigma_t_m, scale * cfg.sigma_r_rad), rng=noise)
     who, now = np.arange(cfg.n_met) % 2, cfg.met_at
     exact = se2.between(truth[who, now], truth[1 - who, now])
     z, is_bad = _relative_poses(exact, cfg, noise, outliers)
@@ -100,7 +99,7 @@ def simulate_run(cfg: NinePoses, *, rng: np.random.Generator) -> Run:
     met = Edges.measured(tail=tail, head=head, z=z, sigma=sigma, reported_pose=truth[1 - who, now])
     return Run(
         truth,
-        _dead_reckoned(truth, odometry),
+        dead_reckoned(truth, odometry),
         extended(odometry, met),
         np.append(np.zeros(len(odometry), dtype=bool), is_bad),
         np.arctan2(exact[:, 1], exact[:, 0]),
@@ -109,12 +108,7 @@ def simulate_run(cfg: NinePoses, *, rng: np.random.Generator) -> Run:
 
 def counted_alike(edges: Edges) -> Edges:
     """The same measurements with equal information matrices, as given by who knows no covariances."""
-    return replace(edges, sigma=np.broadcast_to(np.array(_EQUAL), edges.sigma.shape).copy())
-
-
-def without(edges: Edges, dropped: Bool[np.ndarray, " edges"]) -> Edges:
-    """The measurements with some of no weight: what nobody could know who sees no truth."""
-    return replace(edges, weight=edges.weight * ~dropped)
+    return replace(edges, sigma=np.ones_like(edges.sigma))
 
 
 def heard(run: Run, error_rad: Float[np.ndarray, " met"]) -> Bearings:
@@ -153,17 +147,6 @@ def _through(
     return walk + np.stack(tied, axis=-1)
 
 
-def _odometry(truth: Float[np.ndarray, "2 times 3"], cfg: NinePoses, rng: np.random.Generator) -> Edges:
-    """Every step of both robots."""
-    n = truth.shape[1] - 1
-    robot, t = np.indices((2, n)).reshape(2, -1)
-    sigma = (cfg.odometry_scale * cfg.sigma_t_m, cfg.odometry_scale * cfg.sigma_r_rad)
-    off = rng.standard_normal((2, n, 3)) * [sigma[0], *sigma]
-    z = _moved(se2.between(truth[:, :-1], truth[:, 1:]), off).reshape(-1, 3)
-    tail, head = np.stack([robot, t], axis=1), np.stack([robot, t + 1], axis=1)
-    return Edges.measured(tail=tail, head=head, z=z, sigma=sigma)
-
-
 def _relative_poses(
     exact: Float[np.ndarray, "met 3"],
     cfg: NinePoses,
@@ -176,19 +159,4 @@ def _relative_poses(
     is_bad = outlier_rng.permutation(n) < cfg.n_outliers
     signs = np.where(outlier_rng.random((n, 3)) < 0.5, -1.0, 1.0)
     bad = signs * outlier_rng.uniform(*cfg.outlier_sigma, (n, 3))
-    return _moved(exact, np.where(is_bad[:, None], bad, good) * scale), is_bad
-
-
-def _moved(z: Float[np.ndarray, "*rows 3"], by: Float[np.ndarray, "*rows 3"]) -> Float[np.ndarray, "*rows 3"]:
-    """Measurements with an error, in the frame of the tail."""
-    moved = z + by
-    moved[..., 2] = se2.wrap_angle(moved[..., 2])
-    return moved
-
-
-def _dead_reckoned(truth: Float[np.ndarray, "2 times 3"], odometry: Edges) -> Float[np.ndarray, "2 times 3"]:
-    """Odometry from the true first poses."""
-    start, z = truth.copy(), odometry.z.reshape(2, -1, 3)
-    for t in range(z.shape[1]):
-        start[:, t + 1] = se2.compose(start[:, t], z[:, t])
-    return start
+    return moved(exact, np.where(is_bad[:, None], bad, good) * scale), is_bad

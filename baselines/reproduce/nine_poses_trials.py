@@ -1,6 +1,5 @@
 """Runs of `nine_poses` under every treatment that Fig. 10 is judged by, and AOA errors of real recordings."""
 
-from io import BytesIO
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple
@@ -8,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from baselines.reproduce._outlier_trials import save
 from baselines.reproduce._recordings import errors_by_sight
-from baselines.reproduce.encounter_grid import ground_truth_error
+from baselines.reproduce.encounter_grid import ground_truth_error, without
 from baselines.reproduce.nine_poses import (
     NinePoses,
     Run,
@@ -17,9 +17,7 @@ from baselines.reproduce.nine_poses import (
     heard,
     simulate_run,
     start_sigma,
-    without,
 )
-from wifipgo.files.atomic_files import write_sealed
 from wifipgo.files.npz_files import read_sealed_npz
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.edges import Edges
@@ -70,8 +68,7 @@ class NineRuns(NamedTuple):
 
     def keep(self, result: dict[str, np.ndarray]) -> None:
         """Write to a file that is there whole or not at all."""
-        np.savez(buffer := BytesIO(), allow_pickle=False, **result)
-        write_sealed(self.path, buffer.getvalue())
+        save(self.path, result)
 
     def load(self) -> dict[str, np.ndarray]:
         """Read what `keep` wrote."""

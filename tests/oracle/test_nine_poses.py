@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from baselines.reproduce.encounter_grid import ground_truth_error
+from baselines.reproduce.encounter_grid import ground_truth_error, without
 from baselines.reproduce.nine_poses import (
     NinePoses,
     Run,
@@ -14,7 +14,6 @@ from baselines.reproduce.nine_poses import (
     heard,
     simulate_run,
     start_sigma,
-    without,
 )
 from baselines.reproduce.nine_poses_trials import chance_of_a_panel
 from wifipgo import se2
