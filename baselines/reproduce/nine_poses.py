@@ -4,10 +4,10 @@ The text: relative poses are generated "by randomly injecting them with translat
 2 to 3 sigma "of the original noise distribution", odometry is that of wheels, a run ends after nine of
 them, five trials make a panel. It leaves open how good the wheels are, at which range robots are measured,
 and which information matrices the solver is given: the first two are fields of `NinePoses`, the third is
-`counted_alike`.
+`wifipgo.graph.solve_weights.counted_alike`.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -104,11 +104,6 @@ def simulate_run(cfg: NinePoses, *, rng: np.random.Generator) -> Run:
         np.append(np.zeros(len(odometry), dtype=bool), is_bad),
         np.arctan2(exact[:, 1], exact[:, 0]),
     )
-
-
-def counted_alike(edges: Edges) -> Edges:
-    """The same measurements with equal information matrices, as given by who knows no covariances."""
-    return replace(edges, sigma=np.ones_like(edges.sigma))
 
 
 def heard(run: Run, error_rad: Float[np.ndarray, " met"]) -> Bearings:

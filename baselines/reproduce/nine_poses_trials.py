@@ -13,7 +13,6 @@ from baselines.reproduce.encounter_grid import ground_truth_error, without
 from baselines.reproduce.nine_poses import (
     NinePoses,
     Run,
-    counted_alike,
     heard,
     simulate_run,
     start_sigma,
@@ -22,6 +21,7 @@ from wifipgo.files.npz_files import read_sealed_npz
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.edges import Edges
 from wifipgo.graph.outliers.methods import solve_robust
+from wifipgo.graph.solve_weights import counted_alike
 from wifipgo.threads import one_thread
 
 # What is done to a run, in the order of the columns: equal information matrices, but where it says "true".

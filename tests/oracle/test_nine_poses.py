@@ -10,7 +10,6 @@ from baselines.reproduce.encounter_grid import ground_truth_error, without
 from baselines.reproduce.nine_poses import (
     NinePoses,
     Run,
-    counted_alike,
     heard,
     simulate_run,
     start_sigma,
@@ -19,6 +18,7 @@ from baselines.reproduce.nine_poses_trials import chance_of_a_panel
 from wifipgo import se2
 from wifipgo.graph.edges import select
 from wifipgo.graph.outliers.methods import solve_robust
+from wifipgo.graph.solve_weights import counted_alike
 
 
 def run_of(key: int, **fields: Any) -> tuple[NinePoses, Run]:

@@ -17,6 +17,11 @@ from wifipgo.graph.outliers.methods import OutlierMethod
 from wifipgo.graph.solvers import last_pose_covariances
 
 
+def counted_alike(edges: Edges) -> Edges:
+    """The same measurements with equal information matrices: a metre and a radian off count alike."""
+    return replace(edges, sigma=np.ones_like(edges.sigma))
+
+
 def with_true_weights(solve: Solve) -> Solve:
     """A back-end as it is: every measurement by its information."""
     return solve
@@ -40,7 +45,7 @@ def with_unit_weights(solve: Solve) -> Solve:
         third_party: str,
         channels: Sequence[Channel],
     ) -> Sequence[Solution | None]:
-        alike = replace(edges, sigma=np.ones_like(edges.sigma))
+        alike = counted_alike(edges)
         found = solve(
             poses,
             alike,
