@@ -43,6 +43,10 @@ def reading_runs(scenario: Scenario) -> dict[str, Pair]:
             "odometry_noise": "motion"
         },
         "kappa counts from the call (ours: from the last meeting)": {"kappa_since": "call"},
+        "exactly nine relative poses at a meeting (ours: two each of three observations)": {
+            "measured_by": "one",
+            "kappa": 9,
+        },
     }
     pairs = {
         label: (Run(other, "active"), Run(other, "random"))

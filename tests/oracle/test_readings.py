@@ -1,4 +1,4 @@
-"""Other readings of the paper's text: observations count from a call, odometry errs by the drive."""
+"""Other readings of the paper's text: what observations count and are, odometry that errs by the drive."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from wifipgo.errors import UnknownNameError
 from wifipgo.loop.dead_reckoning import dead_reckon
 from wifipgo.rendezvous import NOBODY, Calls, counted_from_calls
 from wifipgo.scenarios import scenario_named
-from wifipgo.world.sensing import SensingConfig, odometry
+from wifipgo.world.sensing import SensingConfig, observe_robots, odometry
 
 OBSERVED = np.array([[0, 2, 5], [2, 0, 1], [5, 1, 0]])
 
@@ -60,7 +60,33 @@ def test_robots_state_the_noise_of_the_drive_that_they_measured() -> None:
     np.testing.assert_allclose(edges.sigma, [[1e-3, 1e-3], [0.5 * sigma[0], 0.5 * sigma[1]]])
 
 
-@pytest.mark.parametrize("field", ["odometry_noise", "kappa_since", "solve_weights"])
+def test_one_robot_of_a_pair_measures_the_other_turn_and_turn_about() -> None:
+    """In two teams of three every pair is measured once, next time the other way, with the noise of both."""
+    poses, n = np.random.default_rng(1).normal(size=(6, 3)), 3
+    seen = np.tile(~np.eye(n, dtype=bool), (2, 1))
+
+    def measured(by: str, t: int) -> dict[tuple[int, int], tuple[float, ...]]:
+        chance = {"rng": np.random.default_rng(5), "outlier_rng": np.random.default_rng(6)}
+        found = observe_robots(poses, t, seen, cfg=SensingConfig(measured_by=by), **chance)
+        pairs = zip(found.tail[:, 0].tolist(), found.head[:, 0].tolist(), strict=True)
+        return dict(zip(pairs, map(tuple, found.z.tolist()), strict=True))
+
+    both, one, next_one = measured("both", 4), measured("one", 4), measured("one", 5)
+    assert (len(both), len(one)) == (12, 6)
+    assert one.items() <= both.items()
+    assert {frozenset(pair) for pair in one} == {frozenset(pair) for pair in both}
+    assert set(next_one) == {(head, tail) for tail, head in one}
+
+
+def test_a_run_ends_with_exactly_nine_relative_poses() -> None:
+    env = parallel_env("paper-outliers", size_m=3.0, measured_by="one")
+    env.reset(seed=0)
+    while env.agents:
+        env.step({agent: np.array([0.0, 0.0, -1.0], dtype=np.float32) for agent in env.agents})
+    assert np.count_nonzero(env.tick.belief.log.edges.between_robots) == 9
+
+
+@pytest.mark.parametrize("field", ["odometry_noise", "kappa_since", "measured_by", "solve_weights"])
 def test_readings_that_do_not_exist_are_listed(field: str) -> None:
     with pytest.raises(UnknownNameError, match="known: "):
         scenario_named("paper-hw-2", **{field: "other"})
@@ -70,6 +96,7 @@ def test_every_reading_plays_and_is_another_one() -> None:
     """Robots in a small room meet early, so every reading shows; worlds side by side are each as if alone."""
     small = {"size_m": 5.0, "n_steps": 12, "err_threshold": 1.0, "tx_power_dbm": -24.0}
     readings = [{}, {"solve_weights": "unit"}, {"odometry_noise": "motion"}, {"kappa_since": "call"}]
+    readings += [{"measured_by": "one"}]
     ends = []
     for reading in readings:
         scenario = scenario_named("paper-hw-2", **small, **reading)

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy.spatial import cKDTree
 
 from wifipgo.se2 import length
@@ -71,3 +71,9 @@ def _by_tree(p_m: np.ndarray, n: int, range_m: float) -> Neighbours:
     near = (apart_m <= range_m).nonzero()[0]
     row, other = row[near], other[near]
     return Neighbours(row, other, other % n, apart_m[near])
+
+
+def in_turn(seen: Bool[np.ndarray, "rows peers"], t: int) -> Bool[np.ndarray, "rows peers"]:
+    """Of each pair in view the robot whose turn it is: the one of lower number, then the other."""
+    robot, peer = np.arange(len(seen))[:, None] % seen.shape[1], np.arange(seen.shape[1])
+    return seen & ((robot < peer) == ((robot + peer + t) % 2 == 0))

@@ -13,7 +13,7 @@ from wifipgo import se2
 from wifipgo.errors import pick, require, require_within
 from wifipgo.rows import Chance
 from wifipgo.world.line_of_sight import in_sight
-from wifipgo.world.neighbours import Neighbours, neighbours
+from wifipgo.world.neighbours import Neighbours, in_turn, neighbours
 from wifipgo.world.pair_chance import pair_normals, pair_uniforms
 
 _LEAST_SIGMA = 1e-3
@@ -31,6 +31,8 @@ _LIMITS = {
 # Whether noise of odometry grows with the distance driven, and for which distance it is as stated.
 ODOMETRY_NOISE: Mapping[str, bool] = MappingProxyType({"constant": False, "motion": True})
 _STATED_FOR_M = 2.0
+# Whether one robot of a pair in view measures the other at an iteration, rather than each the other.
+MEASURED_BY: Mapping[str, bool] = MappingProxyType({"both": False, "one": True})
 _SIGMA_OF = np.array([0, 0, 1])  # of x, y and yaw
 # A camera's bearings, and its distances as a share of them (ours; the paper gives no figures).
 _CAMERA_SIGMA_RAD = float(np.deg2rad(2.0))
@@ -52,6 +54,8 @@ class SensingConfig:
         odometry_noise: "constant", the same at every iteration, or "motion", in proportion to the distance
             driven: the stated noise for a drive of 2 m, none while a robot stands.
         sensor_range_m: How far robots measure the poses of others and of places.
+        measured_by: "both" robots of a pair measure each other, so that an observation is two relative poses,
+            or "one" of them, turn and turn about: then it is a single one.
         revisit_gap: Iterations after which a robot measures a place that it passed again.
         outlier_share: Share of relative poses between robots that are outliers.
         outlier_min_sigma, outlier_max_sigma: Size of an outlier's error in every component (paper Sec. 7.3).
@@ -62,6 +66,7 @@ class SensingConfig:
     noise_scale: tuple[float, ...] = ()
     odometry_noise: str = "constant"
     sensor_range_m: float = 2.2
+    measured_by: str = "both"
     revisit_gap: int = 3
     outlier_share: float = 0.0
     outlier_min_sigma: float = 2.0
@@ -71,6 +76,7 @@ class SensingConfig:
         """Reject values that cannot mean anything."""
         require_within(self, _LIMITS)
         pick(ODOMETRY_NOISE, self.odometry_noise, "odometry_noise")
+        pick(MEASURED_BY, self.measured_by, "measured_by")
         spread = (self.outlier_min_sigma, self.outlier_max_sigma)
         require(
             0.0 <= spread[0] <= spread[1], "SensingConfig.outlier_max_sigma", ">= outlier_min_sigma", spread
@@ -239,7 +245,7 @@ def observe_robots(
     the pair and the step (`wifipgo.world.pair_chance`), so it does not depend on who saw whom; that
     of outliers is only drawn where there are any.
     """
-    i, peer = seen.nonzero()
+    i, peer = (in_turn(seen, t) if MEASURED_BY[cfg.measured_by] else seen).nonzero()
     noise, is_outlier = pair_normals(rng, seen.shape, i, peer, 3), np.zeros(len(i), dtype=bool)
     if cfg.outlier_share > 0.0:
         is_outlier = pair_uniforms(outlier_rng, seen.shape, i, peer, 1)[:, 0] < cfg.outlier_share
