@@ -131,7 +131,7 @@ def cases(n_robots: int, n_times: int, seed: int) -> Iterator[tuple[str, int, in
     name = f"{'team' if n_robots > 2 else 'pair'}, {shape}"
     starts = {"cold": (walk.start, "none"), "warm": (warm, "none"), "warm, Huber": (warm, "huber")}
     for kind, (poses, loss) in starts.items():
-        _, report = solve(poses, walk.edges, robots=robots, loss=loss)
+        _, report = solve(poses, walk.edges, robots=robots, loss=loss, initial="near")
         call = _solving(poses, walk.edges, n_robots, loss)
         yield f"{name}, {kind}", len(walk.edges), report.iterations, call
     yield (
@@ -143,7 +143,7 @@ def cases(n_robots: int, n_times: int, seed: int) -> Iterator[tuple[str, int, in
 
 
 def _solving(poses: np.ndarray, edges: Edges, n_robots: int, loss: str) -> Callable[[], object]:
-    return lambda: solve(poses, edges, robots=range(n_robots), loss=loss)
+    return lambda: solve(poses, edges, robots=range(n_robots), loss=loss, initial="near")
 
 
 def measure(config: GraphSpeedConfig, console: Console) -> list[Row]:

@@ -135,7 +135,7 @@ def parts(scenario: str) -> Iterator[tuple[str, int, Callable[[], object]]]:
     yield (
         "solve of one pair",
         sc.n_robots,
-        lambda: solve(belief.paths.estimate, belief.log.edges, robots=[0, 1]),
+        lambda: solve(belief.paths.estimate, belief.log.edges, robots=[0, 1], initial="near"),
     )
     yield "Err of all robots", sc.n_robots, lambda: residual_error(belief.paths.estimate, belief.log.edges)
     yield "observations", sc.n_robots, lambda: observe(belief, sc)

@@ -10,6 +10,7 @@ from wifipgo.graph import Edges, last_pose_covariances, marginal_covariances, so
 from wifipgo.graph.optimise import optimise
 from wifipgo.graph.posegraph import PoseGraph, pose_graph
 from wifipgo.graph.solvers.spatial import solve_graph
+from wifipgo.graph.subgraphs import from_team
 
 
 def ring(n: int, *, sigma_m: float = 0.05, stiff: float = 1.0) -> PoseGraph:
@@ -169,3 +170,67 @@ def test_a_search_of_a_team_that_is_cut_says_so_and_goes_on_if_allowed() -> None
     _, whole = solve(lost, edges, robots=[0, 1], loss="huber", max_iterations=400)
     assert whole.converged
     assert whole.chi2_after < cut.chi2_after
+
+
+def as_team(graph: PoseGraph) -> tuple[np.ndarray, Edges]:
+    """A graph of one robot in the arrays of a team, for the solver of teams."""
+    sigma = 1.0 / np.sqrt(np.diagonal(graph.information, axis1=1, axis2=2)[:, [0, 2]])
+    key = np.stack([graph.robot, graph.index], axis=1)
+    edges = Edges.measured(tail=key[graph.tail], head=key[graph.head], z=graph.z, sigma=sigma)
+    return graph.poses[None], edges
+
+
+@pytest.mark.parametrize("loss", ["none", "huber", "gnc"])
+def test_a_worse_minimum_of_a_team_is_not_called_converged(loss: str) -> None:
+    """The ring again: both solvers find the same optimum, and a knot, which squares end in, is doubted."""
+    poses, edges = as_team(ring(20))
+    _, knot = solve(poses, edges, robots=[0], loss=loss)
+    best, report = solve(poses, edges, robots=[0], loss=loss, initial="best")
+    expected, _ = solve_graph(ring(20), initial="best", robust=loss)
+    assert knot.converged == (knot.chi2_after < 1.001 * report.chi2_after) == (loss != "none")
+    assert knot.converged or "a worse local minimum" in knot.doubt
+    assert report.converged
+    np.testing.assert_allclose(best[0], expected, atol=1e-4)
+
+
+@pytest.mark.parametrize("loss", ["none", "huber", "gnc"])
+def test_known_poses_of_a_team_stay(loss: str) -> None:
+    """Two known poses that measurements speak against; the solver of graphs with any keys is the oracle."""
+    poses, edges = team(0.05)
+    poses[0, 2] += [0.4, -0.3, 0.1]
+    poses[1, 1] += [-0.2, 0.1, 0.0]
+    fixed = np.array([[0, 2], [1, 1]])
+    solved, report = solve(poses, edges, robots=[0, 1], loss=loss, fixed=fixed)
+    rows = np.array([0, 2, 3, 4])  # the first of each robot, and those two
+    expected, _ = solve_graph(from_team(poses, edges), fixed=rows, robust=loss)
+    assert (solved[tuple(fixed.T)] == poses[tuple(fixed.T)]).all()
+    np.testing.assert_allclose(solved.reshape(-1, 3), expected, atol=2e-4)
+    assert report.converged
+    assert len(solve(poses, edges, robots=[0, 1], fixed=fixed[:0])[0]) == 2
+
+
+@pytest.mark.parametrize("fixed", [[[2, 0]], [[0, 3]], [[0, -1]]])
+def test_known_poses_that_are_not_there(fixed: list[list[int]]) -> None:
+    poses, edges = team(0.05)
+    with pytest.raises(ValueError, match="robots that take part"):
+        solve(poses, edges, robots=[0, 1], fixed=np.array(fixed))
+
+
+def test_truncation_of_a_team_begins_where_it_is_told() -> None:
+    """More loops are wrong, and alike, than right: a solve that trusts all of them first follows these."""
+    rng, n = np.random.default_rng(5), 12
+    key = np.stack([np.zeros(n, dtype=np.int64), np.arange(n)], axis=1)
+    truth = np.stack([np.arange(n), np.zeros(n), np.zeros(n)], axis=1)
+    tail, head = np.concatenate([key[:-1], key[:10]]), np.concatenate([key[1:], key[2:]])
+    z = se2.between(truth[tail[:, 1]], truth[head[:, 1]]) + rng.normal(size=(len(tail), 3)) * 0.01
+    wrong = n - 1 + np.arange(6)
+    z[wrong] += [0.0, 1.0, 0.8]
+    sigma = np.tile([0.05, 0.05], (len(tail), 1))
+    sigma[: n - 1] *= 3.0  # odometry bends
+    edges = Edges.measured(tail=tail, head=head, z=z, sigma=sigma)
+    solved, report = solve(truth[None], edges, robots=[0], loss="gnc")
+    assert report.downweighted[0].rows.tolist() == wrong.tolist()
+    np.testing.assert_allclose(solved[0], truth, atol=0.1)
+    graph, weighed = solve_graph(from_team(truth[None], edges), robust="gnc")
+    np.testing.assert_allclose(solved[0], graph, atol=1e-4)
+    assert len(weighed.downweighted[0].rows) == len(wrong)

@@ -10,25 +10,28 @@ from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.subgraphs import anchors
 
 
-def first_guess(graph: PoseGraph) -> Float[np.ndarray, "poses dims"]:
-    """Poses that one measurement a pose leads to, from the first pose of each part.
+def first_guess(
+    graph: PoseGraph, known: Int[np.ndarray, " known"] | None = None
+) -> Float[np.ndarray, "poses dims"]:
+    """Poses that one measurement a pose leads to, from the nearest of those that are known.
 
-    That one stays where it is in ``graph``. The tree takes as few measurements as it can that are not
+    These stay where they are in ``graph``. The tree takes as few measurements as it can that are not
     odometry, and of these as few as it can between robots: what closes a loop may be wrong.
 
     Args:
         graph: Measurements, and where the parts begin.
+        known: Rows of poses that are known, one or more in each part; the first of each if left out.
     """
     space = se2 if graph.freedom == 3 else se3
     rows, edge = graph.poses.copy(), _measurement_between(graph)
-    tree = _tree(graph, edge)
-    for root in anchors(graph).tolist():
-        order, before = breadth_first_order(tree, root, directed=False)
-        for row in order[1:].tolist():
-            known = int(before[row])
-            ends = (known, row) if (known, row) in edge else (row, known)
+    tree = _tree(graph, edge, anchors(graph) if known is None else known)
+    order, before = breadth_first_order(tree, len(rows), directed=False)
+    for row in order[1:].tolist():
+        last = int(before[row])
+        if last < len(rows):
+            ends = (last, row) if (last, row) in edge else (row, last)
             z = graph.z[[edge[ends]]]
-            rows[[row]] = space.compose(rows[[known]], z if ends[0] == known else space.inverse(z))
+            rows[[row]] = space.compose(rows[[last]], z if ends[0] == last else space.inverse(z))
     return rows
 
 
@@ -47,8 +50,9 @@ def _measurement_between(graph: PoseGraph) -> dict[tuple[int, int], int]:
     return best
 
 
-def _tree(graph: PoseGraph, edge: dict[tuple[int, int], int]) -> csr_array:
-    """Pairs of poses that lead everywhere at the least cost."""
+def _tree(graph: PoseGraph, edge: dict[tuple[int, int], int], known: Int[np.ndarray, " known"]) -> csr_array:
+    """Pairs of poses that lead everywhere at the least cost, from a root that leads to the known ones."""
     n, ends = len(graph.poses), np.array(list(edge), dtype=np.int64).reshape(-1, 2)
-    cost = _cost(graph)[list(edge.values())].astype(np.float64)
-    return minimum_spanning_tree(coo_array((cost, (ends[:, 0], ends[:, 1])), shape=(n, n)))
+    ends = np.concatenate([ends, np.stack([np.full(len(known), n), known], axis=1)])
+    cost = np.concatenate([_cost(graph)[list(edge.values())], np.full(len(known), 0.5)])
+    return minimum_spanning_tree(coo_array((cost, (ends[:, 0], ends[:, 1])), shape=(n + 1, n + 1)))

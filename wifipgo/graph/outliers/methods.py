@@ -206,6 +206,7 @@ def solve_robust(
         bearings=bearings if guard.bearings else None,
         start_sigma=start_sigma,
         covariances=covariances,
+        initial="near",
     )
     low = np.flatnonzero(weight < 1.0)
     gated = (Downweighted(guard.gate.name, low, weight[low]),) if len(low) else ()

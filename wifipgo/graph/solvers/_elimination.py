@@ -157,27 +157,3 @@ def _reason(message: str, name: Callable[[int], str]) -> str:
     if found is None:
         return f"singular to working precision ({message.strip().splitlines()[0]})"
     return f"singular to working precision near {name(int(found[1]))}"
-
-
-def truncated(
-    graph: gtsam.NonlinearFactorGraph,
-    values: gtsam.Values,
-    params: gtsam.LevenbergMarquardtParams,
-    *,
-    trusted: list[int],
-    confidence: float,
-) -> tuple[gtsam.Values, Float[np.ndarray, " factors"]]:
-    """Truncated squares by graduated non-convexity: solution, and 0 to 1 for each factor."""
-    for solver in (CHOLESKY, QR):
-        params.setLinearSolverType(solver)
-        gnc = gtsam.GncLMParams(params)
-        gnc.setLossType(gtsam.GncLossType.TLS)
-        gnc.setKnownInliers(trusted)
-        optimiser = gtsam.GncLMOptimizer(graph, values, gnc)
-        optimiser.setInlierCostThresholdsAtProbability(confidence)
-        try:
-            return optimiser.optimize(), optimiser.getWeights()
-        except RuntimeError:
-            if solver == QR:
-                raise
-    raise AssertionError

@@ -24,12 +24,11 @@ def keys(ends: Int[np.ndarray, "rows 2"], first_key: Int[np.ndarray, " robots"])
 def add_anchors(
     graph: gtsam.NonlinearFactorGraph,
     start: Float[np.ndarray, "poses 3"],
-    sigma: Float[np.ndarray, "robots 2"],
+    known: Int[np.ndarray, " known"],
+    sigma: Float[np.ndarray, "known 2"],
 ) -> None:
-    """Hold the first pose of each robot where it is, as firmly as it is known."""
-    for key, (sigma_t_m, sigma_r_rad) in zip(
-        range(0, len(start), len(start) // len(sigma)), sigma.tolist(), strict=True
-    ):
+    """Hold poses that are known where they are, as firmly as they are known."""
+    for key, (sigma_t_m, sigma_r_rad) in zip(known.tolist(), sigma.tolist(), strict=True):
         noise = gtsam.noiseModel.Diagonal.Sigmas(np.array([sigma_t_m, sigma_t_m, sigma_r_rad]))
         graph.addPriorPose2(key, gtsam.Pose2(*start[key].tolist()), noise)
 

@@ -1,4 +1,4 @@
-"""Gtsam's Gauss-Newton, Levenberg-Marquardt to fall back on, and truncated squares around the latter."""
+"""Gtsam's Gauss-Newton, and Levenberg-Marquardt to fall back on."""
 
 from functools import partial
 from typing import NamedTuple
@@ -8,13 +8,11 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo.graph.covariance import in_world_axes
-from wifipgo.graph.losses import GNC_CONFIDENCE
 from wifipgo.graph.solvers._elimination import (
     MAX_ITERATIONS,
     marginals,
     parameters,
     searched,
-    truncated,
 )
 from wifipgo.graph.solvers._gauss_newton import descend
 
@@ -38,8 +36,7 @@ class SearchOptimum(NamedTuple):
     @property
     def poses(self) -> Float[np.ndarray, "poses 3"]:
         """Poses by key."""
-        found: np.ndarray = gtsam.utilities.extractPose2(self.values)
-        return found
+        return poses_of(self.values)
 
     def covariances(self, rows: Int[np.ndarray, " some"]) -> Float[np.ndarray, "some 3 3"]:
         """Covariances of some poses, along the axes of the world."""
@@ -61,6 +58,12 @@ def as_values(start: Float[np.ndarray, "poses 3"]) -> gtsam.Values:
     for key, pose in enumerate(start.tolist()):
         values.insert(key, pose2=gtsam.Pose2(*pose))  # the name spares a search among 50 types
     return values
+
+
+def poses_of(values: gtsam.Values) -> Float[np.ndarray, "poses 3"]:
+    """Poses by key."""
+    found: np.ndarray = gtsam.utilities.extractPose2(values)
+    return found
 
 
 def optimise(
@@ -119,11 +122,3 @@ def _damped(
     return SearchOptimum(
         graph, found.values, spent + found.iterations, before, found.after, settled=found.settled
     )
-
-
-def truncate(
-    graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, *, trusted: list[int]
-) -> tuple[gtsam.Values, Float[np.ndarray, " factors"]]:
-    """Truncated squares by graduated non-convexity: solution, and 0 to 1 for each factor."""
-    params = parameters(tolerance=TOLERANCE)
-    return truncated(graph, values, params, trusted=trusted, confidence=GNC_CONFIDENCE)

@@ -30,7 +30,7 @@ class Chains(NamedTuple):
     Attributes:
         start: Poses where a search starts, group by group.
         group: Number of the group of each.
-        first: First pose of each trajectory, which is known.
+        first: First pose of each trajectory, which is known, and other poses that are.
         first_sigma: How well.
         inner: Rows of edges between poses of one group.
         outer: Rows of edges to poses outside, which tie their tails to what was told.
@@ -41,8 +41,8 @@ class Chains(NamedTuple):
 
     start: Float[np.ndarray, "poses 3"]
     group: Int[np.ndarray, " poses"]
-    first: Int[np.ndarray, " chains"]
-    first_sigma: Float[np.ndarray, "chains 2"]
+    first: Int[np.ndarray, " known"]
+    first_sigma: Float[np.ndarray, "known 2"]
     inner: Int[np.ndarray, " inner"]
     outer: Int[np.ndarray, " outer"]
     tail: Int[np.ndarray, " rows"]
@@ -59,7 +59,8 @@ class Problem(NamedTuple):
         first_key: Row of the first pose of each robot that takes part; -1 of others.
         start: Poses where the search starts.
         start_sigma: How well the first poses are known.
-        rows: Edges in the order of their factors, which come after those that hold the first poses.
+        fixed: Other poses that are known.
+        rows: Edges in the order of their factors, which come after those that hold known poses.
         inner: The first of them, between robots of one group.
         outer: The others, to robots outside it.
         tail: Pose at the tail of each row.
@@ -73,6 +74,7 @@ class Problem(NamedTuple):
     first_key: Int[np.ndarray, " robots"]
     start: Float[np.ndarray, "poses 3"]
     start_sigma: Float[np.ndarray, "team 2"]
+    fixed: Int[np.ndarray, " fixed"]
     rows: Int[np.ndarray, " rows"]
     inner: Int[np.ndarray, " inner"]
     outer: Int[np.ndarray, " outer"]
@@ -82,15 +84,24 @@ class Problem(NamedTuple):
     doubted: Bool[np.ndarray, " rows"]
 
     @property
+    def known(self) -> Int[np.ndarray, " known"]:
+        """Poses that are held: the first of each trajectory, then the fixed ones."""
+        return np.concatenate([self.first_key[self.team], self.fixed])
+
+    @property
+    def known_sigma(self) -> Float[np.ndarray, "known 2"]:
+        """How well they are known."""
+        return np.concatenate([self.start_sigma, np.tile(KNOWN_START, (len(self.fixed), 1))])
+
+    @property
     def chains(self) -> Chains:
         """What of it plain squares are made of."""
-        first = self.first_key[self.team]
-        group = self.group.repeat(len(self.start) // len(first))
+        group = self.group.repeat(len(self.start) // len(self.team))
         return Chains(
             self.start,
             group,
-            first,
-            self.start_sigma,
+            self.known,
+            self.known_sigma,
             self.inner,
             self.outer,
             self.tail,
@@ -107,6 +118,7 @@ def posed(
     third_party: str,
     told_sigma: Float[np.ndarray, "#edges 2"] | tuple[float, float],
     start_sigma: Float[np.ndarray, "#robots 2"] | tuple[float, float],
+    fixed: Int[np.ndarray, "fixed 2"] | None = None,
 ) -> Problem:
     """Check who takes part and sort out what they use; what a group gets is what it would get alone."""
     told_is_used = pick(THIRD_PARTY, third_party, "third-party option")
@@ -126,14 +138,28 @@ def posed(
     start = poses[team].reshape(-1, 3)
     finite = np.isfinite(start).all(axis=1)
     require(bool(finite.all()), "poses of those who take part", "finite", start[~finite])
-    loose = np.ones(len(start), dtype=bool)
-    loose[first_key[team]] = loose[tail] = loose[head[:n_inner]] = False
+    held, loose = _held(fixed, first_key, poses.shape[1]), np.ones(len(start), dtype=bool)
+    loose[first_key[team]] = loose[held] = loose[tail] = loose[head[:n_inner]] = False
     require(not loose.any(), "poses without any measurement", "none", int(loose.sum()))
     inner, outer = rows[:n_inner], rows[n_inner:]
     doubted, used = ~_odometry(*ends), told[outer]
-    return Problem(
-        team, group, first_key, start, known[team], rows, inner, outer, tail, head[:n_inner], used, doubted
-    )
+    ends_of = (tail, head[:n_inner], used, doubted)
+    return Problem(team, group, first_key, start, known[team], held, rows, inner, outer, *ends_of)
+
+
+def _held(
+    fixed: Int[np.ndarray, "fixed 2"] | None, first_key: Int[np.ndarray, " robots"], times: int
+) -> Int[np.ndarray, " fixed"]:
+    """Rows of known poses, given as (robot, index)."""
+    if fixed is None:
+        return np.zeros(0, dtype=np.int64)
+    robot, index = fixed.T
+    there = (robot >= 0) & (robot < len(first_key)) & (index >= 0) & (index < times)
+    there[there] = first_key[robot[there]] >= 0
+    rule = "(robot, index) of poses of robots that take part"
+    require(bool(there.all()), "fixed", rule, fixed[~there].tolist())
+    rows: np.ndarray = np.unique(first_key[robot] + index)
+    return rows
 
 
 def odometry(edges: Edges) -> Bool[np.ndarray, " edges"]:
@@ -170,7 +196,7 @@ def _rows(
 def build(problem: Problem, edges: Edges, *, huber: bool) -> gtsam.NonlinearFactorGraph:
     """What the participants know of each other's relative poses."""
     graph, key = gtsam.NonlinearFactorGraph(), problem.first_key
-    add_anchors(graph, problem.start, problem.start_sigma)
+    add_anchors(graph, problem.start, problem.known, problem.known_sigma)
     doubted = problem.doubted[: len(problem.inner)] & huber
     add(graph, between_factors(select(edges, problem.inner), key, doubted))
     add(graph, told_factors(select(edges, problem.outer), problem.told_sigma, key, doubted=huber))

@@ -20,6 +20,7 @@ from wifipgo.graph.solvers._keyed_factors import name_of
 from wifipgo.graph.subgraphs import components, held
 from wifipgo.graph.team_frames import aligned_chains
 
+SAME_OPTIMUM = 1e-4  # of a cost
 Rows = Float[np.ndarray, "poses dims"]
 Fixed = Int[np.ndarray, " fixed"] | None
 
@@ -37,23 +38,26 @@ def _chordal(graph: PoseGraph, fixed: Fixed) -> Rows:
 
 
 def _odometry(graph: PoseGraph, fixed: Fixed) -> Rows:
-    return _placed(first_guess(graph), graph, fixed)
+    return first_guess(graph, held(graph, fixed))
 
 
 def _frames(graph: PoseGraph, fixed: Fixed) -> Rows:
     try:
-        return _placed(aligned_chains(graph), graph, fixed)
+        rows = _placed(aligned_chains(graph), graph, held(graph, fixed), components(graph))
     except np.linalg.LinAlgError as error:
         raise NumericalError("frames of robots: noise of loops is singular to working precision") from error
+    return rows if fixed is None else _placed(rows, graph, fixed, graph.robot)
 
 
-def _placed(rows: Rows, graph: PoseGraph, fixed: Fixed) -> Rows:
+def _placed(
+    rows: Rows, graph: PoseGraph, known: Int[np.ndarray, " known"], part: Int[np.ndarray, " poses"]
+) -> Rows:
     """Move each part as a whole to where its first known pose is; the other known ones go there alone."""
-    space = se2 if graph.freedom == 3 else se3
-    known, part = held(graph, fixed), components(graph)
-    first = known[np.unique(part[known], return_index=True)[1]]
-    T = space.compose(graph.poses[first], space.inverse(rows[first]))
-    moved: Rows = space.compose(T[part], rows)
+    space, moved = se2 if graph.freedom == 3 else se3, rows.copy()
+    names, first = np.unique(part[known], return_index=True)
+    T = space.compose(graph.poses[known[first]], space.inverse(rows[known[first]]))
+    inside = np.isin(part, names)
+    moved[inside] = space.compose(T[np.searchsorted(names, part[inside])], rows[inside])
     moved[known] = graph.poses[known]
     return moved
 
@@ -64,6 +68,11 @@ def misfit(graph: PoseGraph, rows: Rows) -> float:
         chi2, limit = chi_squares(graph, rows), truncation_chi2(graph.freedom)
         total = float(np.where(graph.odometry, chi2, limit * np.log1p(chi2 / limit)).sum())
     return total if np.isfinite(total) else np.inf
+
+
+def same(a: float, b: float) -> bool:
+    """Whether two searches that ended at these costs have found the same minimum."""
+    return abs(a - b) <= SAME_OPTIMUM * (min(abs(a), abs(b)) + SAME_OPTIMUM)
 
 
 STARTS: Mapping[str, Start] = MappingProxyType(

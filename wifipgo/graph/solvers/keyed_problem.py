@@ -1,12 +1,12 @@
-"""A simulated team's problem as a graph with any keys, whose chordal cost is two linear problems away."""
+"""A simulated team's problem as a graph with any keys, which knows more places to start from."""
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from wifipgo.graph.chordal import matrices, pose_rows, two_stage
 from wifipgo.graph.edges import Edges, select
 from wifipgo.graph.posegraph import PoseGraph, pose_graph
 from wifipgo.graph.solvers._problem import REPORTED_SIGMA, Problem
+from wifipgo.graph.solvers._starts import STARTS
 
 
 def keyed_problem(
@@ -39,11 +39,12 @@ def keyed_problem(
     return graph, np.flatnonzero(graph.index <= 0)
 
 
-def chordal_start(problem: Problem, edges: Edges) -> Problem:
-    """The same problem, to be searched from where the chordal cost is nearly least."""
+def started(problem: Problem, edges: Edges, initial: str) -> Problem:
+    """The problem of one group, to be searched from another start: a name in `STARTS`."""
     n_times = len(problem.start) // len(problem.team)
     poses = np.zeros((len(problem.first_key), n_times, 3))
     poses[problem.team] = problem.start.reshape(-1, n_times, 3)
-    graph, fixed = keyed_problem(poses, select(edges, problem.rows), problem.team, told=True)
-    found = pose_rows(two_stage(graph, matrices(graph.poses), fixed))
-    return problem._replace(start=found[graph.index >= 0])
+    graph, known = keyed_problem(poses, select(edges, problem.rows), problem.team, told=True)
+    own = np.flatnonzero(graph.index >= 0)
+    found = STARTS[initial].rows(graph, np.union1d(known, own[problem.fixed]))
+    return problem._replace(start=found[own])

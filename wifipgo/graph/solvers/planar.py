@@ -1,9 +1,7 @@
 """Most likely poses in the plane (paper Eq. 3): squares by Gauss-Newton, losses by Levenberg-Marquardt."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from functools import partial
-from types import MappingProxyType
 
 import gtsam
 import numpy as np
@@ -14,10 +12,10 @@ from wifipgo.errors import pick, require
 from wifipgo.graph.bearings import NEAREST_M, Bearings, bearing_residuals, select_bearings
 from wifipgo.graph.edges import Edges
 from wifipgo.graph.losses import BEARING_C, LOSSES, geman_mcclure_weight
-from wifipgo.graph.solvers._banded_descent import BandedOptimum, banded_optimum
+from wifipgo.graph.solvers._banded_descent import BandedOptimum
 from wifipgo.graph.solvers._elimination import MAX_ITERATIONS, named
 from wifipgo.graph.solvers._factors import add_bearings, keys
-from wifipgo.graph.solvers._gtsam_search import SearchOptimum, as_values, least_squares, optimise, truncate
+from wifipgo.graph.solvers._gtsam_search import SearchOptimum, as_values, optimise
 from wifipgo.graph.solvers._losses import weight_at_huber_loss
 from wifipgo.graph.solvers._problem import (
     ANCHOR_SIGMA,
@@ -28,22 +26,10 @@ from wifipgo.graph.solvers._problem import (
     name_of,
     posed,
 )
-from wifipgo.graph.solvers.keyed_problem import chordal_start
+from wifipgo.graph.solvers._searches import INITIAL, Optimum, lowest
 from wifipgo.graph.solvers.marginals import last_rows
 from wifipgo.graph.solvers.report import Downweighted, Report
 from wifipgo.threads import one_thread
-
-INITIAL: Mapping[str, str] = MappingProxyType(
-    {
-        "given": "the poses as they are",
-        "chordal": "two linear problems, see wifipgo.graph.chordal",
-        "best": "the lower of the two optima",
-    }
-)
-Optimum = SearchOptimum | BandedOptimum
-
-SAME_OPTIMUM = 1e-4  # of a chi-square: two searches that differ by less have found the same minimum
-LEAST_WEIGHT = 1e-8  # of what GNC lets go: nothing, and no pose floats
 
 
 @one_thread
@@ -61,11 +47,12 @@ def solve(
     covariances: bool = False,
     initial: str = "given",
     max_iterations: int = MAX_ITERATIONS,
+    fixed: Int[np.ndarray, "fixed 2"] | None = None,
 ) -> tuple[Float[np.ndarray, "robots times 3"], Report]:
     """Poses of some robots that make their shared measurements most likely (paper Eq. 3).
 
     Used is what these robots measured, information times weight. First poses are known
-    and stay; the others start from ``poses``. What another robot measured of these
+    and stay, as do ``fixed`` ones; the others start from ``poses``. What another robot measured of these
     is not theirs to know, so it is dropped, as are edges of weight zero (up to 1e-30).
 
     Args:
@@ -84,9 +71,10 @@ def solve(
         covariances: Whether the report has those of the last poses; see
             `wifipgo.graph.last_pose_covariances`. It has none, and calls nothing converged, where they are
             beyond working precision.
-        initial: Where the search starts, one of `INITIAL`. Only "best" compares two starts, at more than
-            twice the time.
+        initial: Where the search starts, one of `INITIAL`. Of all but "near" a second start is tried too, at
+            about twice the time: the report calls no minimum converged where that leads lower.
         max_iterations: Of Levenberg-Marquardt; once more as many by QR where that is not enough.
+        fixed: Poses that are known besides, as (robot, index).
 
     Returns:
         New poses, those of other robots unchanged, and the report.
@@ -106,9 +94,10 @@ def solve(
         third_party=third_party,
         told_sigma=told_sigma,
         start_sigma=start_sigma,
+        fixed=fixed,
     )
     with named("solve", partial(name_of, problem, edges)):
-        found = _from(problem, edges, initial, lambda start: _SEARCHES[loss](start, edges, max_iterations))
+        found, worse = lowest(problem, edges, initial=initial, loss=loss, max_iterations=max_iterations)
     down = _let_go(loss, problem, found)
     solved = _put_back(poses, found.poses, problem)
     if bearings is not None:
@@ -116,21 +105,10 @@ def solve(
             solved, found, heard_down = _with_bearings(solved, found, bearings, problem, edges)
         down += heard_down
     ends, unknown = _ends(found, last_rows(problem, robots)) if covariances else (None, "")
-    doubt = unknown or ("" if found.settled else f"cut after {found.iterations} iterations")
+    doubt = unknown or ("" if found.settled else f"cut after {found.iterations} iterations") or worse
     used, chi2 = len(problem.rows), (2.0 * found.before, 2.0 * found.after)
     counts = (used, len(edges) - used)
     return solved, Report(found.iterations, *chi2, *counts, down, ends, not doubt, doubt)
-
-
-def _from(problem: Problem, edges: Edges, initial: str, search: Callable[[Problem], Optimum]) -> Optimum:
-    """One search from one start, or the lower of two."""
-    if initial == "given":
-        return search(problem)
-    chordal = search(chordal_start(problem, edges))
-    if initial == "chordal":
-        return chordal
-    given = search(problem)
-    return given if given.after <= chordal.after * (1.0 + SAME_OPTIMUM) else chordal
 
 
 def _ends(found: Optimum, rows: Int[np.ndarray, " team"]) -> tuple[Float[np.ndarray, "team 3 3"] | None, str]:
@@ -158,40 +136,13 @@ def _heard(bearings: Bearings | None, first_key: Int[np.ndarray, " robots"]) -> 
     return ours[np.lexsort(columns[::-1])]
 
 
-def _squares(problem: Problem, edges: Edges, most: int) -> Optimum:
-    """Squares, without gtsam where that is faster."""
-    low = banded_optimum(problem, edges)
-    return low or least_squares(build(problem, edges, huber=False), as_values(problem.start), most)
-
-
-def _hubers(problem: Problem, edges: Edges, most: int) -> SearchOptimum:
-    """Huber's loss, by Levenberg-Marquardt."""
-    return optimise(build(problem, edges, huber=True), as_values(problem.start), most)
-
-
-def _truncated(problem: Problem, edges: Edges, most: int) -> SearchOptimum:
-    """Weights by GNC, then a search under these weights."""
-    graph, n_anchors = build(problem, edges, huber=False), len(problem.team)
-    trusted = np.append(np.arange(n_anchors), n_anchors + np.flatnonzero(~problem.doubted))
-    values, weights = truncate(graph, as_values(problem.start), trusted=trusted.tolist())
-    weight = edges.weight.copy()
-    weight[problem.rows] *= np.maximum(weights[n_anchors:], LEAST_WEIGHT)
-    found = least_squares(build(problem, replace(edges, weight=weight), huber=False), values, most)
-    return found._replace(weight=weights[n_anchors:])
-
-
-_SEARCHES: Mapping[str, Callable[[Problem, Edges, int], Optimum]] = MappingProxyType(
-    {"none": _squares, "huber": _hubers, "gnc": _truncated}
-)
-
-
 def put_back(
     poses: Float[np.ndarray, "robots times 3"], found: Float[np.ndarray, "poses 3"], problem: Problem
 ) -> Float[np.ndarray, "team times 3"]:
-    """Poses found of those who take part; a known first pose stays to the bit."""
+    """Poses found of those who take part; known ones stay to the bit."""
     found = found.reshape(len(problem.team), poses.shape[1], 3)
-    known = (problem.start_sigma <= ANCHOR_SIGMA).all(axis=1)
-    found[known, 0] = poses[problem.team, 0][known]
+    known = problem.known[(problem.known_sigma <= ANCHOR_SIGMA).all(axis=1)]
+    found.reshape(-1, 3)[known] = poses[problem.team].reshape(-1, 3)[known]
     return found
 
 
@@ -210,7 +161,7 @@ def _let_go(loss: str, problem: Problem, found: Optimum) -> tuple[Downweighted, 
         return ()
     weight = found.weight
     if weight is None:
-        doubted = (np.flatnonzero(problem.doubted) + len(problem.team)).tolist()
+        doubted = (np.flatnonzero(problem.doubted) + len(problem.known)).tolist()
         weight = np.ones(len(problem.rows))
         loss_of = [found.graph.at(k).error(found.values) for k in doubted]
         weight[problem.doubted] = weight_at_huber_loss(np.array(loss_of))

@@ -28,7 +28,7 @@ from wifipgo.graph.solvers._elimination import (
 )
 from wifipgo.graph.solvers._graduated import truncated_squares
 from wifipgo.graph.solvers._keyed_factors import ORDER, factors_of, name_of, rows_of, values_of
-from wifipgo.graph.solvers._starts import STARTS, misfit
+from wifipgo.graph.solvers._starts import STARTS, misfit, same
 from wifipgo.graph.solvers.report import Downweighted, Report
 from wifipgo.threads import one_thread
 
@@ -36,12 +36,12 @@ METHODS: Mapping[str, str] = MappingProxyType({"lm": "Levenberg-Marquardt", "gn"
 INITIAL: Mapping[str, str] = MappingProxyType(
     {name: start.meaning for name, start in STARTS.items()}
     | {
+        "near": "the poses as they are, as near to the optimum as the last one is: nothing else is tried",
         "best": "the lowest of the optima from the given poses and from chordal ones; from odometry too if "
         "these two differ; of a team under gnc, from frames, and from the given poses if they fit better",
     }
 )
 TOLERANCE = 1e-10  # on the relative and absolute fall of the error
-SAME_OPTIMUM = 1e-4  # of a cost: two searches that differ by less have found the same minimum
 FULL_WEIGHT = 1.0 - 1e-6  # what has less was weighed down
 
 
@@ -111,6 +111,8 @@ def solve_graph(
 
 def _from(task: _Task, rows: Float[np.ndarray, "poses dims"], initial: str) -> _Optimum:
     """Optimum from one kind of start, doubted where another one leads lower."""
+    if initial == "near":
+        return _minimum(task, rows)
     if initial == "best":
         return _best_of_team(task, rows) if _votes_count(task) else _best(task, rows)
     found = _minimum(task, _start(task, rows, initial))
@@ -137,7 +139,7 @@ def _best_of_team(task: _Task, rows: Float[np.ndarray, "poses dims"]) -> _Optimu
     if misfit(task.graph, frames) < misfit(task.graph, rows):
         return found
     given = _tried(task, rows, "given")
-    if given is None or (found.cost < given.cost and not _same(found.cost, given.cost)):
+    if given is None or (found.cost < given.cost and not same(found.cost, given.cost)):
         return found
     return given
 
@@ -146,10 +148,10 @@ def _best(task: _Task, rows: Float[np.ndarray, "poses dims"]) -> _Optimum:
     """The lowest optimum; of equals the one from the given poses."""
     found, chordal = _minimum(task, rows), _tried(task, rows, "chordal")
     candidates = [found] if chordal is None else [found, chordal]
-    if chordal is None or not _same(found.cost, chordal.cost) or not found.report.converged:
+    if chordal is None or not same(found.cost, chordal.cost) or not found.report.converged:
         candidates += [one for one in [_tried(task, rows, "odometry")] if one is not None]
     lowest = min(one.cost for one in candidates)
-    alike = [one for one in candidates if _same(one.cost, lowest)]
+    alike = [one for one in candidates if same(one.cost, lowest)]
     return next((one for one in alike if one.report.converged), alike[0])
 
 
@@ -169,14 +171,10 @@ def _tried(task: _Task, rows: Float[np.ndarray, "poses dims"], initial: str) -> 
 
 def _doubted(found: _Optimum, cost: float, where: str) -> _Optimum:
     """The same optimum, called no optimum where the cost is lower elsewhere."""
-    if found.cost <= cost or _same(found.cost, cost):
+    if found.cost <= cost or same(found.cost, cost):
         return found
     doubt = f"a worse local minimum: error {0.5 * found.cost:.6g}, from {where} {0.5 * cost:.6g}"
     return found._replace(report=found.report._replace(converged=False, doubt=doubt))
-
-
-def _same(a: float, b: float) -> bool:
-    return abs(a - b) <= SAME_OPTIMUM * (min(abs(a), abs(b)) + SAME_OPTIMUM)
 
 
 def _minimum(task: _Task, rows: Float[np.ndarray, "poses dims"]) -> _Optimum:
