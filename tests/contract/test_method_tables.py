@@ -16,7 +16,7 @@ from wifipgo.graph.config import GraphConfig
 from wifipgo.graph.distributed.channel import Channel, Message
 from wifipgo.graph.losses import LOSSES
 from wifipgo.graph.outliers.methods import GATES, Gate, OutlierMethod, solve_robust
-from wifipgo.graph.solvers import planar
+from wifipgo.graph.solvers import _searches
 from wifipgo.loop.first_tick import start
 from wifipgo.radio import aoa
 from wifipgo.scenarios.lookup import scenario_named
@@ -101,7 +101,7 @@ def test_a_gate_is_one_row() -> None:
 
 
 def test_every_loss_has_a_search() -> None:
-    assert set(planar._SEARCHES) == set(LOSSES)
+    assert set(_searches._SEARCHES) == set(LOSSES)
 
 
 def test_every_row_says_what_it_is() -> None:
