@@ -32,6 +32,7 @@ from wifipgo.graph.outliers.methods import OUTLIER_METHODS
 from wifipgo.graph.solvers import THIRD_PARTY
 from wifipgo.radio.aoa import ESTIMATORS as AOA_ESTIMATORS
 from wifipgo.radio.channel.bands import BANDS
+from wifipgo.radio.propagation.diffuse_scattering import DIFFUSE_POWERS
 from wifipgo.radio.propagation.materials import MATERIALS
 from wifipgo.scenarios import SCENARIOS, Scenario, field_kinds
 from wifipgo.scenarios.field_table import field_rows
@@ -41,6 +42,7 @@ LONGEST_S = 20.0  # of processor time, for a step or a reset
 NAMES: Mapping[str, tuple[Any, ...]] = {
     "wall_material": tuple(MATERIALS),
     "obstacle_material": tuple(MATERIALS),
+    "diffuse_power_of": tuple(DIFFUSE_POWERS),
     "err_weights": tuple(ERR_WEIGHTS),
     "estimator": tuple(ESTIMATORS),
     "backend": tuple(BACKENDS),
@@ -112,6 +114,8 @@ def _tuple_of(name: str, n_robots: int, size_m: float, rng: np.random.Generator)
         return tuple(map(tuple, rng.uniform(0.0, size_m, (n_robots, 3)).tolist()))
     if name == "antennas_m":
         return tuple(map(tuple, rng.normal(0.0, 0.1, (rng.integers(0, 4), 2)).tolist()))
+    if name == "obstacle_materials":
+        return tuple(rng.choice(list(MATERIALS), rng.integers(0, 4)).tolist())
     return tuple(np.exp(rng.normal(0.0, 1.0, n_robots)).tolist())
 
 

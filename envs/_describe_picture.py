@@ -14,6 +14,7 @@ from matplotlib.patches import Circle, Patch, Polygon
 from envs._rendezvous import RendezvousEnv
 from wifipgo.command.palette import ROBOTS
 from wifipgo.files.atomic_files import appearing
+from wifipgo.world.layout import ArenaConfig
 from wifipgo.world.polygons import area_m2, convex_parts
 
 _MANY = 8  # robots from which names are left out and lines are thin
@@ -77,6 +78,11 @@ def _draw_robot(axes: Axes, env: RendezvousEnv, k: int, start: np.ndarray) -> No
         axes.annotate(env.possible_agents[k], at, (4, 6), textcoords="offset points", fontsize=8)
 
 
+def _made_of(arena: ArenaConfig) -> str:
+    """Materials of obstacles, each once."""
+    return ", ".join(dict.fromkeys(arena.obstacle_materials)) or arena.obstacle_material
+
+
 def _key(env: RendezvousEnv) -> Sequence[Artist]:
     arena, sensing = env.scenario.arena, env.scenario.sensing
     step = f"step: {arena.step_m:g} m" + (" x factor" if arena.step_scale else "")
@@ -87,7 +93,7 @@ def _key(env: RendezvousEnv) -> Sequence[Artist]:
         Line2D([], [], color="0.2", lw=2.5, label=f"walls: {arena.wall_material}"),
     ]
     if arena.obstacles_m:
-        marks.append(Patch(fc="0.65", ec="0.35", label=f"obstacles by index: {arena.obstacle_material}"))
+        marks.append(Patch(fc="0.65", ec="0.35", label=f"obstacles by index: {_made_of(arena)}"))
     if len(env.world.layout.obstacles_m) > len(arena.obstacles_m):
-        marks.append(Patch(fc="0.85", ec="0.35", label=f"random obstacles: {arena.obstacle_material}"))
+        marks.append(Patch(fc="0.85", ec="0.35", label=f"random obstacles: {_made_of(arena)}"))
     return marks

@@ -50,6 +50,19 @@ def test_power_is_the_stated_share_of_the_traced_paths(ratio: float, spread_rad:
     np.testing.assert_allclose(power[:, 1:].sum(axis=1), ratio * power[:, 0], rtol=1e-9)
 
 
+@pytest.mark.parametrize("left", [0.0, 0.25, 1.0])
+def test_obstacles_scatter_a_share_of_what_they_take(left: float) -> None:
+    """Of free space over 8 m `left`, in power, goes on straight; what was never taken is not scattered."""
+    tx_m, rx_m = np.array([[1.0, 1.0]]), np.array([[9.0, 1.0]])
+    free = (SPEED_OF_LIGHT_M_S / CARRIER_HZ / (4.0 * np.pi * 8.0)) ** 2
+    diffuse = some_diffuse(0.3)._replace(power_of="obstructed")
+    straight = direct(tx_m, rx_m, gain=float(np.sqrt(left * free)))
+    paths = with_diffuse(straight, tx_m, rx_m, diffuse, carrier_hz=CARRIER_HZ)
+    scattered_power = (np.abs(paths.gain[:, 1:]) ** 2).sum()
+    assert scattered_power == pytest.approx(0.3 * (1.0 - left) * free, rel=1e-6, abs=1e-15)
+    assert np.all((paths.order[0, 1:] == SCATTERED) == (left < 1.0))
+
+
 def test_delays_and_directions_are_those_of_one_bounce() -> None:
     """Scatterer at (0, 4) of a link from (3, 0) to (0, 0): a triangle of 3, 4 and 5 m."""
     diffuse = Diffuse(np.array([[0.0, 4.0]]), np.array([1.0 + 0.0j]), 1.0, 1.0)

@@ -9,7 +9,7 @@ from wifipgo.radio.propagation.scenes import Scenes
 from wifipgo.radio.propagation.surfaces import Surfaces, surfaces_of
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Scene, Truth, World
-from wifipgo.world.layout import Layout, padded
+from wifipgo.world.layout import ArenaConfig, Layout, padded
 
 
 def first_scene(layouts: Sequence[Layout], scenario: Scenario) -> Scene:
@@ -34,8 +34,18 @@ def _surfaces_of(layout: Layout, scenario: Scenario) -> Surfaces:
         layout.obstacles_m,
         carrier_hz=scenario.radio.carrier_hz,
         wall=Slab(cfg.wall_material, cfg.wall_thickness_m),
-        obstacle=Slab(cfg.obstacle_material, cfg.obstacle_thickness_m),
+        obstacle=_obstacle_slabs(len(layout.obstacles_m), cfg),
     )
+
+
+def _obstacle_slabs(count: int, cfg: ArenaConfig) -> Slab | list[Slab]:
+    """What obstacles are made of: one slab for all, or the materials in turn."""
+    if not cfg.obstacle_materials:
+        return Slab(cfg.obstacle_material, cfg.obstacle_thickness_m)
+    materials = cfg.obstacle_materials
+    thickness_m = cfg.obstacle_thicknesses_m or (cfg.obstacle_thickness_m,) * len(materials)
+    slabs = [Slab(*both) for both in zip(materials, thickness_m, strict=True)]
+    return [slabs[k % len(slabs)] for k in range(count)]
 
 
 def _alike(a: Layout, b: Layout) -> bool:

@@ -2,7 +2,7 @@
 
 from wifipgo.errors import UnknownNameError
 from wifipgo.scenarios.lookup import scenario_from, scenario_named, scenario_toml
-from wifipgo.scenarios.paper import SCENARIOS
+from wifipgo.scenarios.named import SCENARIOS
 from wifipgo.scenarios.scenario import Scenario, field_kinds, field_owners, part_types
 
 __all__ = [

@@ -8,7 +8,7 @@ from typing import Any
 
 from wifipgo.coerce import fitted
 from wifipgo.errors import BadInputError, pick, require
-from wifipgo.scenarios.paper import SCENARIOS
+from wifipgo.scenarios.named import SCENARIOS
 from wifipgo.scenarios.scenario import Scenario, field_owners
 from wifipgo.scenarios.toml_files import BASE, SUFFIX, flattened, read_toml, toml_text
 

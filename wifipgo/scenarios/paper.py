@@ -88,7 +88,7 @@ PAPER_OUTLIERS = replace(
     graph=GraphConfig(outliers="paper"),
 )
 
-SCENARIOS: Mapping[str, Scenario] = MappingProxyType(
+PAPER: Mapping[str, Scenario] = MappingProxyType(
     {
         scenario.name: scenario
         for scenario in (

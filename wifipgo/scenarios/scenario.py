@@ -103,6 +103,8 @@ class Scenario:
             self.radio.scaled(scale)  # refuses antennas that are then too far or too close
         for name in ("wall_material", "obstacle_material"):
             pick(MATERIALS, getattr(self.arena, name), f"ArenaConfig.{name}")
+        for k, material in enumerate(self.arena.obstacle_materials):
+            pick(MATERIALS, material, f"ArenaConfig.obstacle_materials[{k}]")
 
     def with_overrides(self, **overrides: Any) -> "Scenario":
         """Copy with other values; a name is any field of the scenario or of its parts, or its letter.

@@ -55,6 +55,9 @@ class ArenaConfig:
         wall_thickness_m: Thickness of the walls, for the radio.
         obstacle_material: Material of the obstacles.
         obstacle_thickness_m: Thickness of an obstacle's sides, for the radio.
+        obstacle_materials: Material of each obstacle, those by hand first, and from the first again after the
+            last; empty for one of all.
+        obstacle_thicknesses_m: Thickness of each of ``obstacle_materials``; empty for one of all.
     """
 
     size_m: float = 20.0
@@ -74,17 +77,29 @@ class ArenaConfig:
     wall_thickness_m: float = 0.2
     obstacle_material: str = "wood"
     obstacle_thickness_m: float = 0.03
+    obstacle_materials: tuple[str, ...] = ()
+    obstacle_thicknesses_m: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
         require_within(self, _LIMITS)
-        for name in ("obstacles_m", "starts", "step_scale"):
+        for name in ("obstacles_m", "starts", "step_scale", "obstacle_materials", "obstacle_thicknesses_m"):
             given = getattr(self, name)
             rule = f"at most {_MOST_ITEMS} long"
             require(len(given) <= _MOST_ITEMS, f"ArenaConfig.{name}", rule, len(given))
         self._check_steps()
+        self._check_thicknesses()
         self._check_random_boxes()
         self._check_map()
+
+    def _check_thicknesses(self) -> None:
+        given, materials = self.obstacle_thicknesses_m, self.obstacle_materials
+        rule = f"empty or as long as obstacle_materials, {len(materials)}"
+        require(len(given) in {0, len(materials)}, "ArenaConfig.obstacle_thicknesses_m", rule, given)
+        low, high = _THICKNESS_LIMITS_M
+        rule = f"all in {low:g}..{high:g}"
+        within = all(low <= one <= high for one in given)
+        require(within, "ArenaConfig.obstacle_thicknesses_m", rule, given)
 
     def _check_steps(self) -> None:
         for scale in self.step_scale:

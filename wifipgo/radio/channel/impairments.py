@@ -14,8 +14,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo.counters import Counters
-from wifipgo.errors import require_within
-from wifipgo.radio.propagation.diffuse_scattering import Diffuse, draw_diffuse
+from wifipgo.errors import pick, require_within
+from wifipgo.radio.propagation.diffuse_scattering import DIFFUSE_POWERS, Diffuse, draw_diffuse
 from wifipgo.rows import Chance, Rows, draw_keys
 
 
@@ -36,7 +36,8 @@ class ImpairmentConfig:
         heading_noise_rad: Standard deviation of the true heading at each packet about the one that
             the receiver believes, white.
         heading_bias_rad: True heading minus believed one, constant.
-        diffuse_ratio: Power of the diffuse cluster over that of the traced paths; 0 for none.
+        diffuse_ratio: Power of the diffuse cluster over that of ``diffuse_power_of``; 0 for none.
+        diffuse_power_of: "paths", those traced, or "obstructed", what obstacles take from the straight line.
         diffuse_spread_rad: Standard deviation of its taper over angle, see
             `wifipgo.radio.propagation.diffuse_scattering`.
     """
@@ -51,11 +52,13 @@ class ImpairmentConfig:
     heading_noise_rad: float = 0.0
     heading_bias_rad: float = 0.0
     diffuse_ratio: float = 0.0
+    diffuse_power_of: str = "paths"
     diffuse_spread_rad: float = float(np.deg2rad(30.0))
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
         require_within(self, _LIMITS)
+        pick(DIFFUSE_POWERS, self.diffuse_power_of, "diffuse_power_of")
 
 
 _LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
@@ -101,6 +104,7 @@ def draw_episode_impairments(
             size_m=size_m,
             rng=rng,
             n_worlds=n_worlds,
+            power_of=cfg.diffuse_power_of,
         )
     return EpisodeImpairments(cfg, chain_rad, diffuse)
 

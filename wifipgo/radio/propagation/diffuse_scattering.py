@@ -6,6 +6,8 @@ channel, nearby poses nearly the same, and both ends agree. How much each adds f
 angle between its direction and the straight line between the robots, at either end.
 """
 
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +22,8 @@ from wifipgo.se2 import wrap_angle
 # Paths that only a scatterer explains, in the column `Paths.order`.
 SCATTERED = 9
 N_SCATTERERS = 64
+_NOTHING_TAKEN = 1.0 - 1e-5  # of free space: gains may be in single precision
+Lines = Float[np.ndarray, "links 2"]
 
 
 class Diffuse(NamedTuple):
@@ -28,23 +32,52 @@ class Diffuse(NamedTuple):
     Attributes:
         at_m: Their places.
         reflectivity: Amplitude and phase of each, unitless.
-        ratio: Power of the cluster over that of a link's traced paths.
+        ratio: Power of the cluster over that of ``power_of``.
         spread_rad: Standard deviation of the Gaussian taper of power over angle.
+        power_of: A name in `DIFFUSE_POWERS`.
     """
 
     at_m: Float[np.ndarray, "*worlds scatterers 2"]
     reflectivity: Complex[np.ndarray, "*worlds scatterers"]
     ratio: float
     spread_rad: float
+    power_of: str = "paths"
 
 
 def draw_diffuse(
-    *, ratio: float, spread_rad: float, size_m: float, rng: Chance, n_worlds: int = 1
+    *,
+    ratio: float,
+    spread_rad: float,
+    size_m: float,
+    rng: Chance,
+    n_worlds: int = 1,
+    power_of: str = "paths",
 ) -> Diffuse:
     """Scatterers anywhere in square rooms with a corner at the origin, circular normal."""
     at_m = rng.uniform(0.0, size_m, (n_worlds, N_SCATTERERS, 2))
     parts = rng.standard_normal((n_worlds, 2, N_SCATTERERS))
-    return Diffuse(at_m, parts[:, 0] + 1j * parts[:, 1], ratio, spread_rad)
+    return Diffuse(at_m, parts[:, 0] + 1j * parts[:, 1], ratio, spread_rad, power_of)
+
+
+def _power_of_paths(paths: Paths, line_m: Lines, carrier_hz: float) -> Float[np.ndarray, " links"]:
+    """Power of the traced paths, the same however far they are padded."""
+    power: np.ndarray = np.add.accumulate(np.abs(paths.gain) ** 2, axis=1)[:, -1]
+    return power
+
+
+def _power_taken(paths: Paths, line_m: Lines, carrier_hz: float) -> Float[np.ndarray, " links"]:
+    """Power that obstacles take from the straight line: that of free space without what is left."""
+    apart_m = np.hypot(line_m[:, 0], line_m[:, 1])
+    free = (SPEED_OF_LIGHT_M_S / (4.0 * np.pi * carrier_hz * apart_m)) ** 2
+    straight = np.where(paths.order == 0, np.abs(paths.gain) ** 2, 0.0).max(axis=1)
+    taken: np.ndarray = np.where(straight < _NOTHING_TAKEN * free, free - straight, 0.0)
+    return taken
+
+
+# What the power of the cluster is a share of.
+DIFFUSE_POWERS: Mapping[str, Callable[[Paths, Lines, float], Float[np.ndarray, " links"]]] = MappingProxyType(
+    {"paths": _power_of_paths, "obstructed": _power_taken}
+)
 
 
 @harmless_underflow
@@ -59,9 +92,10 @@ def with_diffuse(
 ) -> Paths:
     """Paths of each link with those over the scatterers behind them.
 
-    Their power adds up to ``ratio`` times that of the traced paths: a link without a path
-    stays without. Taper: ``exp(-(a_rx^2 + a_tx^2) / (2 spread^2))`` in power, with ``a`` the angle
-    from the straight line at that end.
+    Their power adds up to ``ratio`` times that of the traced paths, so that a link without a path stays
+    without; or times what obstacles take from the straight line, of which a share goes on scattered, as real
+    ones are no even slabs and have an end. Taper: ``exp(-(a_rx^2 + a_tx^2) / (2 spread^2))`` in power,
+    with ``a`` the angle from the straight line at that end.
 
     Args:
         paths: Traced paths.
@@ -75,7 +109,8 @@ def with_diffuse(
     at_m = diffuse.at_m.reshape(-1, *diffuse.at_m.shape[-2:])[own]
     to_rx, to_tx = (at_m - end_m[:, None] for end_m in (rx_m, tx_m))
     azimuth_rx, azimuth_tx = (np.arctan2(way[..., 1], way[..., 0]) for way in (to_rx, to_tx))
-    line_rad = np.arctan2(*(tx_m - rx_m).T[::-1])[:, None]
+    line_m = tx_m - rx_m
+    line_rad = np.arctan2(*line_m.T[::-1])[:, None]
     off = wrap_angle(azimuth_rx - line_rad) ** 2 + wrap_angle(azimuth_tx - line_rad - np.pi) ** 2
     nearest = off.min(axis=1, keepdims=True)  # taken out, so that not all of them underflow
     reflectivity = diffuse.reflectivity.reshape(-1, at_m.shape[1])[own]
@@ -83,8 +118,8 @@ def with_diffuse(
     amplitude = reflectivity * taper
     length_m = np.linalg.norm(to_rx, axis=-1) + np.linalg.norm(to_tx, axis=-1)
     delay_s = length_m / SPEED_OF_LIGHT_M_S
-    traced = np.add.accumulate(np.abs(paths.gain) ** 2, axis=1)[:, -1]  # the same however far it is padded
-    power = diffuse.ratio * traced / (np.abs(amplitude) ** 2).sum(axis=1)
+    whole = DIFFUSE_POWERS[diffuse.power_of](paths, line_m, carrier_hz)
+    power = diffuse.ratio * whole / (np.abs(amplitude) ** 2).sum(axis=1)
     # Factors are named: a product in place of a large nameless one is rounded otherwise.
     scale, phasor = np.sqrt(power)[:, None], np.exp(-2j * np.pi * carrier_hz * delay_s)
     scaled = scale * amplitude
