@@ -17,6 +17,7 @@ from baselines.evaluation.pictures import draw, episodes_to_show
 from baselines.evaluation.plan import Plan, differences, read_record
 from baselines.evaluation.statistics import Summary, summarise
 from baselines.policies.registry import recorded_specs
+from baselines.suite.merging import are_suites, merge_suites
 from wifipgo.command.command_line import exit_code
 from wifipgo.command.docstrings import documented
 from wifipgo.command.terminal import Terminal
@@ -31,15 +32,16 @@ _OF_A_PART = ("command", "reference", "trials", "trials_from")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MergeConfig:
-    """Join evaluations of the same settings, code and seed that played different trials.
+    """Join evaluations of the same settings, code and seed that played different trials, or runs of a suite.
 
-    The tables are those that one run of all trials writes, to the byte, and the pictures are drawn from them.
+    Runs of one version of the suite may differ in policies, scenarios or worlds. The tables of an evaluation
+    are those that one run of all trials writes, to the byte, and the pictures are drawn from them.
 
     Example: wifipgo merge results/all results/job-*
 
     Attributes:
         out: Folder of the joined results, new or empty.
-        parts: Folders that baselines.evaluate wrote, in any order; their trials follow each other.
+        parts: Folders that wifipgo evaluate, or wifipgo suite, wrote, in any order; trials follow each other.
     """
 
     out: Annotated[Path, tyro.conf.Positional]
@@ -133,7 +135,11 @@ def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; the exit code is that of `wifipgo.command.command_line`."""
 
     def job() -> None:
-        merge(tyro.cli(documented(MergeConfig), prog="wifipgo merge", args=args), console=Terminal())
+        config = tyro.cli(documented(MergeConfig), prog="wifipgo merge", args=args)
+        if are_suites(config.parts):
+            merge_suites(config.out, config.parts, console=Terminal())
+        else:
+            merge(config, console=Terminal())
 
     return exit_code(job)
 

@@ -7,6 +7,7 @@ from typing import Annotated
 import tyro
 
 from baselines.policies.learned.interfaces import INTERFACES
+from baselines.suite.definition import ROOTS
 from envs.rendezvous_v0 import REWARDS
 from wifipgo.errors import pick, require
 
@@ -177,8 +178,9 @@ class SelectionConfig:
         """Reject values that cannot mean anything, and the worlds that results are reported on."""
         require(self.every >= 0, "selection.every", ">= 0", self.every)
         require(self.trials >= 1, "selection.trials", ">= 1", self.trials)
-        rule = f">= 0 and not {HELD_OUT_SEED}, the root of the held-out worlds"
-        require(self.seed >= 0 and self.seed != HELD_OUT_SEED, "selection.seed", rule, self.seed)
+        rule = f">= 0 and not {HELD_OUT_SEED} or another root of held-out worlds"
+        held_out = (HELD_OUT_SEED, *ROOTS)
+        require(self.seed >= 0 and self.seed not in held_out, "selection.seed", rule, self.seed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,6 +9,7 @@ from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 from baselines.evaluation.episodes import trial_seed
 from baselines.policies.learned.interfaces import make_interface
 from baselines.policies.learned.network import layout_of
+from baselines.suite.definition import ROOTS
 from envs.rendezvous_v0 import parallel_env
 from train._config import HELD_OUT_SEED, TrainConfig
 from train._interface_vec_env import Translated
@@ -87,7 +88,7 @@ def _keep_apart(seeds: object, selection_seed: int) -> None:
 
 
 def _evaluated(selection_seed: int) -> Iterator[int]:
-    for root in (selection_seed, HELD_OUT_SEED):
+    for root in (selection_seed, HELD_OUT_SEED, *ROOTS):
         yield from (trial_seed(root, trial) for trial in range(_KEPT_APART))
 
 

@@ -79,9 +79,9 @@ def as_csv(summary: Summary, plan: Plan) -> str:
 
 def as_markdown(summary: Summary, plan: Plan) -> str:
     """A pipe table, as GitHub and MkDocs show it."""
-    head, rows = _grid(summary, plan, _markdown_cell, _markdown_text)
+    head, rows = _grid(summary, plan, _markdown_cell, markdown_text)
     lines = [_piped(head), _piped(["---", *["---:"] * (len(head) - 1)]), *map(_piped, rows)]
-    return "\n".join([*lines, "", _markdown_text(_caption(summary, plan)), ""])
+    return "\n".join([*lines, "", markdown_text(_caption(summary, plan)), ""])
 
 
 def as_latex(summary: Summary, plan: Plan) -> str:
@@ -147,7 +147,7 @@ def _piped(cells: Iterable[str]) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def _markdown_text(text: str) -> str:
+def markdown_text(text: str) -> str:
     """Text that means nothing to Markdown."""
     return re.sub(r"([\\`*_{}\[\]<>#|~$])", r"\\\1", text)
 

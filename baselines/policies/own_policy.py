@@ -212,7 +212,12 @@ def _action(value: Any, where: str) -> Float[np.ndarray, "3"]:
     """One action, or what is wrong with it."""
     found = _array(value)
     require(found.dtype.kind in _NUMBERS, where, f"{_SIZE} numbers", f"dtype {found.dtype}: {value!r}")
-    require(found.shape == (_SIZE,), where, f"of shape ({_SIZE},), a waypoint and a call", found.shape)
+    require(
+        found.shape == (_SIZE,),
+        where,
+        f"of shape ({_SIZE},), a waypoint and a call: actions are continuous",
+        found.shape,
+    )
     require(bool(np.isfinite(found).all()), where, "finite", found.tolist())
     return _clipped(found)
 

@@ -32,7 +32,7 @@ from wifipgo.files.folder_lock import held
         ("imitation: {policy: frontier_hom}", "unknown policy 'frontier_hom'; known: active,"),
         ("selection: {policies: ['active:err=1']}", "unknown parameter of policy 'active': 'err'; known:"),
         ("ppo: {batch_size: 300}", "ppo.batch_size must be a divisor of 6400"),
-        (f"selection: {{seed: {HELD_OUT_SEED}}}", "the root of the held-out worlds"),
+        (f"selection: {{seed: {HELD_OUT_SEED}}}", "another root of held-out worlds"),
         ("[1, 2", "is not YAML"),
     ],
 )

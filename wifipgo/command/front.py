@@ -39,7 +39,8 @@ SUBCOMMANDS: Mapping[str, Subcommand] = MappingProxyType(
         "describe": Subcommand("envs.describe", "agents, actions, observation and values of a scenario"),
         "watch": Subcommand("baselines.watch", "one episode as a film, a picture or a recording"),
         "evaluate": Subcommand("baselines.evaluate", "policies against each other on the same worlds"),
-        "merge": Subcommand("baselines.merge", "parts of an evaluation, e.g. of a job array, as one"),
+        "suite": Subcommand("baselines.suite.__main__", "policies ranked over many scenarios, to be cited"),
+        "merge": Subcommand("baselines.merge", "parts of an evaluation or a suite, made one"),
         "train": Subcommand("train.ppo", "a policy with shared parameters by PPO", "train"),
         "reproduce": Subcommand(
             "baselines.reproduce.__main__", "the paper's figures, regenerated, and its claims, judged"
