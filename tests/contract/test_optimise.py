@@ -9,12 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.graphs import between, compose, small
+from support.graphs import between, compose, random_graph, small
 
 from wifipgo import se3
 from wifipgo.command.processes import in_a_process
 from wifipgo.errors import NumericalError
 from wifipgo.graph.files.g2o import read_g2o, write_g2o
+from wifipgo.graph.files.jrl import read_jrl
+from wifipgo.graph.files.jrl_writing import read_jrr, write_jrl
 from wifipgo.graph.files.tum_kitti import read_tum
 from wifipgo.graph.optimise import Backend, Robust, main, optimise, run
 from wifipgo.graph.posegraph import PoseGraph, pose_graph
@@ -124,7 +126,7 @@ def test_a_file_of_the_plane_with_a_lone_robot(tmp_path: Path) -> None:
         ("", "expected at least one vertex or edge"),
         ("VERTEX_SE2 0 0 0", ":1: expected 1 key and 3 numbers"),
         ("VERTEX_SE2 0 0 0 inf", ":1: expected finite numbers"),
-        (None, "must be a g2o file or a folder of them"),
+        (None, "must be a file or folder that exists"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(
@@ -153,7 +155,7 @@ def test_the_command_itself(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "wifipgo.graph.optimise", "nowhere", "--robust", "pcm"]
     found = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert (found.returncode, found.stdout) == (2, "")
-    assert found.stderr == "error: path must be a g2o file or a folder of them, got 'nowhere'\n"
+    assert found.stderr == "error: path must be a file or folder that exists, got 'nowhere'\n"
 
 
 def test_a_folder_of_something_else_is_not_touched(
@@ -237,3 +239,25 @@ def test_a_process_gives_answers_failures_and_its_own_death() -> None:
         in_a_process(partial(divmod, 17, 0))
     with pytest.raises(NumericalError, match="died"):
         in_a_process(partial(os._exit, 7))
+
+
+def test_a_word_that_is_nearly_example(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exampel"]) == 2
+    assert "did you mean 'example'?" in capsys.readouterr().err
+
+
+def test_a_team_in_jrl_comes_out_as_jrl(tmp_path: Path) -> None:
+    truth, graph = meeting_team(4, dims=7)
+    write_jrl(tmp_path / "in.jrl", graph, name="meeting", truth=truth)
+    run(tmp_path / "in.jrl", out=tmp_path / "out")
+    again = read_jrl(tmp_path / "out" / "optimised.jrl")
+    np.testing.assert_allclose(again.graph.poses, read_g2o(tmp_path / "out" / "optimised.g2o").graph.poses)
+    held = read_jrr(tmp_path / "out" / "optimised.jrr")
+    assert sorted(held) == [0, 1]
+
+
+def test_a_lone_robot_is_cut_by_the_command(tmp_path: Path) -> None:
+    _, graph = random_graph(2, robots=1, poses=9)
+    write_g2o(tmp_path / "one.g2o", graph)
+    run(tmp_path / "one.g2o", out=tmp_path / "out", robots=3, backend="distributed")
+    assert json.loads((tmp_path / "out" / "report.json").read_text())["robots"] == 3

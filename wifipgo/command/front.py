@@ -45,7 +45,7 @@ SUBCOMMANDS: Mapping[str, Subcommand] = MappingProxyType(
         "reproduce": Subcommand(
             "baselines.reproduce.__main__", "the paper's figures, regenerated, and its claims, judged"
         ),
-        "optimise": Subcommand("wifipgo.graph.optimise", "a multi-robot pose graph in g2o files"),
+        "optimise": Subcommand("wifipgo.graph.optimise", "a multi-robot pose graph in g2o, JRL or CSV files"),
         "recordings": Subcommand(
             "wifipgo.radio.recordings.__main__", "directions of transmitters from real CSI recordings"
         ),

@@ -6,6 +6,8 @@ where the public sets are: ``docs/howto/data.md``.
 
 from pathlib import Path
 
+from wifipgo.errors import nearest, require
+
 EXAMPLE = "example"  # the word that stands for these data on the command line
 CSI, GRAPH = "csi", "graph"  # their folders
 PACK, RUN = "links.npz", "run"  # of the recordings: a pack of links, and the folder of a raw run
@@ -21,5 +23,15 @@ def example_data() -> Path:
 
 
 def example_or_path(path: Path, folder: str) -> Path:
-    """What a path of a command stands for: ``example`` is a folder of ours, if nothing there is called so."""
-    return example_data() / folder if path == Path(EXAMPLE) and not path.exists() else path
+    """What a path of a command stands for: ``example`` is a folder of ours, if nothing there is called so.
+
+    Raises:
+        BadInputError: Nothing is there, and the name is nearly ``example``.
+    """
+    if path.exists():
+        return path
+    if path == Path(EXAMPLE):
+        return example_data() / folder
+    near = nearest(str(path), [EXAMPLE])
+    require(not near, "path", f"a file or folder that exists; did you mean {EXAMPLE!r}?", str(path))
+    return path

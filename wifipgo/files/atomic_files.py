@@ -59,6 +59,13 @@ def write_json(path: Path, content: object, *, allow_nan: bool = False) -> None:
     write_text(path, json.dumps(content, indent=2, allow_nan=allow_nan) + "\n")
 
 
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file of bytes, and the folder that it is in."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with appearing(path) as unfinished:
+        unfinished.write_bytes(content)
+
+
 def write_sealed(path: Path, content: bytes) -> None:
     """Write bytes, and behind them their SHA-256, by which `read_sealed` knows damage."""
     with appearing(path) as unfinished:

@@ -27,7 +27,8 @@ from wifipgo.graph.accuracy import aligned, rmse_rot, rmse_trans
 from wifipgo.graph.chordal import chordal_cost, links, matrices
 from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport
 from wifipgo.graph.distributed.robust import solve_reweighted
-from wifipgo.graph.files.g2o import Reading, read_g2o
+from wifipgo.graph.files.g2o import Reading
+from wifipgo.graph.files.graph_files import cut, read_graph
 from wifipgo.graph.losses import LOSSES
 from wifipgo.graph.outliers.pcm import consistent_sets
 from wifipgo.graph.posegraph import PoseGraph
@@ -188,13 +189,14 @@ def run(
     threshold: float = 0.01,
     initial: Initial = "best",
     max_iterations: int = ITERATIONS,
+    robots: int | None = None,
     lenient: bool = False,
     overwrite: bool = False,
 ) -> None:
-    """Optimise a multi-robot pose graph in g2o files, in the plane or in space.
+    """Optimise a multi-robot pose graph from g2o, JRL or dpgo's CSV files, in the plane or in space.
 
-    Prints a table and writes the optimised g2o, TUM and KITTI files of all robots, a
-    report.json with the table and the measurements that were weighed down, and a picture of
+    Prints a table and writes the optimised g2o (and JRL, where it was read), TUM and KITTI files of all
+    robots, a report.json with the table and the measurements that were weighed down, and a picture of
     before and after. The folder appears whole or not at all, the picture after it. Exit code 1 if the search
     did not converge, 2 if the graph cannot be read or the folder not be written, 3 if the search broke down.
 
@@ -204,9 +206,13 @@ def run(
 
     Example: wifipgo optimise graph.g2o --backend distributed --overwrite
 
+    Example: wifipgo optimise team.jrl --robust gnc --out results/team
+
+    Example: wifipgo optimise INTEL.g2o --robots 5 --backend distributed
+
     Args:
-        path: A g2o file, or a folder with one file a robot: 0.g2o, 1.g2o, ...; "example" for a simulated team
-            that ships with the package.
+        path: A file .g2o, .jrl, .cbor (JRL) or .csv (dpgo), or a folder with one file a robot: 0.g2o, 1.g2o,
+            ... or .csv; "example" for a simulated team that ships with the package.
         backend: One computer by gtsam, or the robots by themselves (two-stage Gauss-Seidel).
         robust: What guards against outliers, for all measurements but odometry.
         out: Folder for the results.
@@ -214,7 +220,8 @@ def run(
         initial: Where gtsam's search starts: the file's poses, chordal ones, along the odometry, with
             robots' frames aligned by the loops that agree most, or the best.
         max_iterations: Of gtsam's search.
-        lenient: Skip lines with unknown tags, and list them.
+        robots: Cut the trajectory of a lone robot into those of so many, each as long.
+        lenient: Skip lines, fields and measurements of unknown kinds, and list them.
         overwrite: Replace results that are in the folder.
     """
     from wifipgo.graph.files.optimise_report import Results, print_table  # noqa: PLC0415
@@ -223,7 +230,8 @@ def run(
     path = example_or_path(path, GRAPH)
     with held(out):
         results = Results.claim(out, overwrite=overwrite)
-        reading = read_g2o(path, lenient=lenient)
+        reading = read_graph(path, lenient=lenient)
+        reading = reading if robots is None else cut(reading, robots)
         job = partial(
             optimise,
             reading.graph,

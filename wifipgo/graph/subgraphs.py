@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from wifipgo.errors import require
 from wifipgo.graph.edges import Edges
 from wifipgo.graph.posegraph import PoseGraph, keys_of, pose_graph
 
@@ -48,6 +49,21 @@ def of_robots(graph: PoseGraph, robots: Iterable[int]) -> PoseGraph:
         information=graph.information[inside],
         weight=graph.weight[inside],
     )
+
+
+def cut_into_robots(graph: PoseGraph, n_robots: int) -> PoseGraph:
+    """One robot's graph as that of a team: stretches of its trajectory, as long as each other, are robots.
+
+    Poses keep their rows and numbers. The step from the last pose of a stretch to the first of the next is
+    then between two robots, as loops may be.
+
+    Raises:
+        ValueError: There are several robots already, or fewer poses than robots.
+    """
+    require(len(graph.robots) == 1, "robots", "one, to be cut into several", len(graph.robots))
+    n = len(graph.poses)
+    require(1 <= n_robots <= n, "robots", f"in 1..{n}, the number of poses", n_robots)
+    return replace(graph, robot=np.arange(n) * n_robots // n)
 
 
 def of_edges(graph: PoseGraph, rows: Bool[np.ndarray, " edges"]) -> PoseGraph:

@@ -47,7 +47,7 @@ def taken_apart(key: int, line: Line) -> Key:
         GraphFileError: It is of no kind that is known; names the line.
     """
     letter, label, index = key >> INDEX_BITS, key >> LABEL_BITS & 0xFF, key & (_MOST - 1)
-    of_letter, of_label = _count(letter), _count(label)
+    of_letter, of_label = robot_of_letter(letter), robot_of_letter(label)
     if 0 <= key < _MOST:
         return Key("plain numbers", None, index)
     if of_letter is not None and label == 0:
@@ -58,7 +58,7 @@ def taken_apart(key: int, line: Line) -> Key:
     raise GraphFileError(line.source, line.number, expected, str(key))
 
 
-def _count(byte: int) -> int | None:
+def robot_of_letter(byte: int) -> int | None:
     """Number of the robot that a letter stands for."""
     return LETTERS.index(chr(byte)) if 0 < byte < 128 and chr(byte) in LETTERS else None
 

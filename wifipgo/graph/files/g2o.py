@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Int, UInt
+from jaxtyping import Float, Int, UInt
 
 from wifipgo.errors import GraphFileError, require
 from wifipgo.files.atomic_files import write_text
@@ -54,6 +54,9 @@ class Reading(NamedTuple):
         landmarks: Lines of points and of what was measured of them, which play no part.
         guessed: Whether there were measurements only, so that the poses are a first guess of ours.
         left_out: Other files .g2o of the folder, which are no robot's.
+        truth: True poses, rows of nan where they are not known; nothing if the file tells none.
+        name: What the file calls itself, or its name.
+        format: "g2o", or what else the file is.
     """
 
     graph: PoseGraph
@@ -63,6 +66,9 @@ class Reading(NamedTuple):
     landmarks: tuple[Landmark, ...] = ()
     guessed: bool = False
     left_out: tuple[str, ...] = ()
+    truth: Float[np.ndarray, "poses dims"] | None = None
+    name: str = ""
+    format: str = "g2o"
 
 
 def read_g2o(path: Path, *, lenient: bool = False) -> Reading:
@@ -98,6 +104,7 @@ def read_g2o(path: Path, *, lenient: bool = False) -> Reading:
         landmarks=tuple(Landmark(file.robot or 0, text) for file in files for text in _kept(file)),
         guessed=guessed,
         left_out=left_out,
+        name=path.stem,
     )
 
 

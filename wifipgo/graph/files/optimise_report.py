@@ -12,6 +12,8 @@ from wifipgo.command.terminal import Terminal
 from wifipgo.files import results_folder
 from wifipgo.files.atomic_files import appearing, write_json
 from wifipgo.graph.files.g2o import Reading, write_g2o
+from wifipgo.graph.files.jrl import JRL
+from wifipgo.graph.files.jrl_writing import shared_solutions, write_jrl, write_jrr
 from wifipgo.graph.files.tum_kitti import write_kitti, write_tum
 from wifipgo.graph.posegraph import PoseGraph, keys_of
 from wifipgo.graph.solvers.spatial import FULL_WEIGHT
@@ -88,6 +90,10 @@ def _write(
         fixed=reading.fixed,
         landmarks=reading.landmarks,
     )
+    if reading.format == JRL:
+        write_jrl(folder / "optimised.jrl", graph.with_poses(poses), name=reading.name, truth=reading.truth)
+        solutions = shared_solutions(graph, poses)
+        write_jrr(folder / "optimised.jrr", solutions, name=reading.name, method=str(table["backend"]))
     write_tum(folder / "tum", graph, poses)
     write_kitti(folder / "kitti", graph, poses)
     write_json(folder / REPORT, {**table, "weighed_down": downweighted(graph, weight)}, allow_nan=True)
