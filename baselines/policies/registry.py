@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 from baselines.policies import scripted, team_rules
+from baselines.policies.degraded_bearing import NoisyBearing
 from baselines.policies.learned.policy import LearnedPolicy
 from baselines.policies.learned.run_files import network_file
 from baselines.policies.making import arguments
@@ -32,6 +33,7 @@ POLICIES: Mapping[str, Callable[..., DrivesTeams]] = MappingProxyType(
         "frontier_home": scripted.frontier_home,
         "leapfrog": scripted.leapfrog,
         "mesh": team_rules.mesh,
+        "noisy_bearing": NoisyBearing,
         "oracle_bearing": OracleBearing,
         "periodic": scripted.periodic,
         "persistent": scripted.persistent,

@@ -7,6 +7,7 @@ from baselines.policies.observation_view import View
 from baselines.policies.steering import step_towards
 from envs.rendezvous_v0 import N_BINS, bin_azimuths
 from wifipgo.radio.aoa.peaks import vertex
+from wifipgo.se2 import wrap_angle
 
 # sigma < 1 (paper Sec. 5). gamma makes the step gamma w^2 / sigma^2 reach one step length for the
 # smallest discrepancy that Algorithm 1 leaves, w = 1 Mb/s / 66 Mb/s, so that the robot always
@@ -41,10 +42,19 @@ class Approach:
         slot: Int[np.ndarray, " robots"],
         comes: Bool[np.ndarray, " robots"],
         free_steps: Float[np.ndarray, "robots rays"],
+        *,
+        off_rad: Float[np.ndarray, " robots"] | None = None,
     ) -> Float[np.ndarray, "robots 2"]:
         """Algorithm 1's step, or none while each step already brings a new observation of the other.
 
         Of those who do not come it forgets on which side they passed obstacles, and what they observed.
+
+        Args:
+            view: What robots see.
+            slot: Whom each follows.
+            comes: Who follows at all.
+            free_steps: Lidar, in step lengths.
+            off_rad: To add to each direction that was heard.
         """
         before, side = view.kept(self._observed, np.inf), view.kept(self._side, 0.0)
         self._observed, self._side = np.full(len(slot), np.inf), np.zeros(len(slot))
@@ -53,6 +63,7 @@ class Approach:
             return waypoint
         observed = view.slot("observed")[row, slot[row], 0]
         bearing = strongest_bearing(view.slot("profile")[row, slot[row]])
+        bearing = bearing if off_rad is None else wrap_angle(bearing + off_rad[row])
         length = step_length(view.slot("discrepancy")[row, slot[row], 0])
         towards, self._side[row] = step_towards(bearing, length, free_steps[row], side[row])
         self._observed[row] = observed

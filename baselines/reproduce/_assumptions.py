@@ -69,6 +69,10 @@ def refuse_impossible(names: Iterable[str], found: Sequence[Assumption], setting
     Raises:
         BadInputError: A field that does not exist, or a value that all scenarios refuse.
     """
+    studies = [name for name in names if name not in FIGURES]
+    require(
+        not studies, "--set and --sweep", f"for the paper's figures: {', '.join(FIGURES)}", ", ".join(studies)
+    )
     scenarios = [scenario for name in names for scenario in scenarios_of(name, setting)]
     rule = f"for a figure that plays episodes: {', '.join(n for n in FIGURES if scenarios_of(n, setting))}"
     require(bool(scenarios), "--set and --sweep", rule, ", ".join(names))

@@ -16,10 +16,11 @@ from baselines.reproduce._assumptions import Assumption, assumptions, refuse_imp
 from baselines.reproduce._claims import BESIDE, HEADLINE
 from baselines.reproduce._config import ReproduceConfig
 from baselines.reproduce._figures import FIGURES, NOT_REDONE
-from baselines.reproduce._page import shown_finding, table
+from baselines.reproduce._page import shown_finding
 from baselines.reproduce._play import played, raise_if_failed
 from baselines.reproduce._rules import NOT_RUN
 from baselines.reproduce._runs import Setting
+from baselines.reproduce._tables import table
 from wifipgo.command.terminal import say
 from wifipgo.files.atomic_files import write_json
 

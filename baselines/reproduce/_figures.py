@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from types import MappingProxyType, ModuleType
 
-from baselines.reproduce import fig2, fig5, fig7, fig8, fig9, fig10, fig10_literal
+from baselines.reproduce import fig2, fig5, fig7, fig8, fig9, fig10, fig10_literal, sensitivity
 from wifipgo.errors import BadInputError, UnknownNameError
 
 # Each has a TITLE, tasks(setting) and make(setting, folder).
@@ -18,7 +18,9 @@ FIGURES: Mapping[str, ModuleType] = MappingProxyType(
         "fig10_literal": fig10_literal,
     }
 )
-ALL = "all"
+# Beside the paper's figures, and not part of all: nothing is judged; each has a page(folder, run, picture).
+STUDIES: Mapping[str, ModuleType] = MappingProxyType({"sensitivity": sensitivity})
+ALL = "all"  # of the paper's figures
 _MEASURE_NOTHING = frozenset({"fig1", "fig3", "fig4", "fig6"})
 NOT_REDONE = (
     "Figures 1, 3, 4 and 6 of the paper are not redone: they show the idea (1), the angle of Eq. 8 (3), the "
@@ -27,16 +29,16 @@ NOT_REDONE = (
 
 
 def chosen(names: tuple[str, ...]) -> list[str]:
-    """Figures by name, each once, in the paper's order.
+    """Figures and studies by name, each once, in the paper's order.
 
     Raises:
         ValueError: One does not exist, or measures nothing; the message lists those that do.
     """
+    known = [ALL, *FIGURES, *STUDIES]
     for name in names:
         if name in _MEASURE_NOTHING:
-            raise BadInputError(
-                f"figure must be one of {', '.join([ALL, *FIGURES])}, got {name!r}. {NOT_REDONE}"
-            )
-        if name not in FIGURES and name != ALL:
-            raise UnknownNameError("figure", name, [ALL, *FIGURES])
-    return [name for name in FIGURES if name in names or ALL in names or not names]
+            raise BadInputError(f"figure must be one of {', '.join(known)}, got {name!r}. {NOT_REDONE}")
+        if name not in known:
+            raise UnknownNameError("figure", name, known)
+    figures = [name for name in FIGURES if name in names or ALL in names or not names]
+    return figures + [name for name in STUDIES if name in names]

@@ -1,12 +1,13 @@
 """Claims as a page to read: ``claims.md`` from ``claims.json``."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from baselines.evaluation.intervals import Estimate
 from baselines.evaluation.rows import shown
 from baselines.reproduce._claims import BESIDE, HEADLINE, SENSITIVITY
 from baselines.reproduce._figures import NOT_REDONE
+from baselines.reproduce._tables import about, table
 
 _INTRODUCTION = """\
 Each claim has one figure of ours, its 95 % interval over worlds that all that is compared meets, and a
@@ -71,19 +72,6 @@ def brief(figures: Mapping[str, Any]) -> str:
     return table(["claim", "ours, with 95 % interval", "verdict"], rows)
 
 
-def _about(run: Mapping[str, Any]) -> str:
-    """Where a figure's numbers come from."""
-    versions = ", ".join(f"{name} {version}" for name, version in run["versions"].items())
-    pool = f"{_roots(run['roots'])}, {run['trials']} worlds each"
-    return f"    {run['command']}\n\n{run['date']}; {pool}; {versions}."
-
-
-def _roots(roots: Sequence[int]) -> str:
-    return (
-        f"{len(roots)} roots of seeds ({roots[0]} to {roots[-1]})" if len(roots) > 1 else f"root {roots[0]}"
-    )
-
-
 def _headlines(claim: Mapping[str, Any]) -> str:
     """Every headline figure of a claim."""
     found = [finding for finding in claim["findings"] if finding["role"] == HEADLINE]
@@ -99,7 +87,7 @@ def _headlines(claim: Mapping[str, Any]) -> str:
 
 def _figure(name: str, of: Mapping[str, Any], picture: str) -> str:
     parts = [f"## {name}: {of['title']}"]
-    parts += [f"![{of['title']}]({picture})", _about(of["run"])] if of["run"] else []
+    parts += [f"![{of['title']}]({picture})", about(of["run"])] if of["run"] else []
     return "\n\n".join([*parts, *map(_claim, of["claims"])])
 
 
@@ -127,9 +115,3 @@ def _claim(claim: Mapping[str, Any]) -> str:
 def shown_finding(finding: Mapping[str, Any]) -> str:
     """A figure with its interval."""
     return shown(Estimate(finding["value"], finding["low"], finding["high"]))
-
-
-def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in Markdown."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)

@@ -13,10 +13,10 @@ from rich.text import Text
 
 from baselines.evaluation.jobs import Failure
 from baselines.evaluation.plan import versions
-from baselines.reproduce import _changed, _folder
+from baselines.reproduce import _changed, _folder, _studies
 from baselines.reproduce._claims import not_run
 from baselines.reproduce._config import ReproduceConfig
-from baselines.reproduce._figures import FIGURES, NOT_REDONE, chosen
+from baselines.reproduce._figures import FIGURES, NOT_REDONE, STUDIES, chosen
 from baselines.reproduce._folder import done
 from baselines.reproduce._page import page, with_summary
 from baselines.reproduce._play import played, raise_if_failed
@@ -74,15 +74,18 @@ def _work(config: ReproduceConfig, names: Sequence[str], out: Path, console: Con
             say(console, f"{name}: done before")
         else:
             failures += _make(name, setting, out, config, console)
-    whole = _together(config, out)
-    _report(whole, config, console)
+    figures = any(name in FIGURES for name in names)
+    whole = _together(config if figures else replace(config, docs=None), out)
+    if figures:
+        _report(whole, config, console)
+    _studies.publish(names, out, config.docs, console)
     raise_if_failed(failures, out)
     return whole
 
 
 def _make(name: str, setting: Setting, out: Path, config: ReproduceConfig, console: Console) -> list[Failure]:
     """Run what one figure still needs and make it; what failed if it cannot be made."""
-    figure = FIGURES[name]
+    figure = {**FIGURES, **STUDIES}[name]
     tasks = figure.tasks(setting)
     failures = played(name, tasks, out=out, executor=config.where, console=console)
     if failures:
@@ -101,7 +104,7 @@ def _about(name: str, config: ReproduceConfig) -> dict[str, Any]:
         "command": replace(config, figures=(name,)).command,
         "date": datetime.now(UTC).date().isoformat(),
         "roots": list(range(config.seed, config.seed + config.roots)),
-        "trials": config.trials or FIGURES[name].TRIALS,
+        "trials": config.trials or {**FIGURES, **STUDIES}[name].TRIALS,
         "versions": versions(),
     }
 
