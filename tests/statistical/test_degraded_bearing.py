@@ -29,12 +29,12 @@ def numbers(memory: float, *, n_steps: int, seed: int = 0) -> np.ndarray:
 
 @pytest.mark.parametrize("memory", [0.0, 0.8])
 def test_errors_are_standard_normal_with_the_stated_memory(memory: float) -> None:
-    ends = np.concatenate([numbers(memory, n_steps=4, seed=seed) for seed in range(250)], axis=1)
+    ends = np.concatenate([numbers(memory, n_steps=4, seed=seed) for seed in range(150)], axis=1)
     first, last = ends[0], ends[3]
     for sample in (first, last):
         assert stats.kstest(sample, "norm").pvalue > 1e-3
-    assert np.corrcoef(ends[2], last)[0, 1] == pytest.approx(memory, abs=0.06)
-    assert np.corrcoef(ends[0], last)[0, 1] == pytest.approx(memory**3, abs=0.1)
+    assert np.corrcoef(ends[2], last)[0, 1] == pytest.approx(memory, abs=0.09)
+    assert np.corrcoef(ends[0], last)[0, 1] == pytest.approx(memory**3, abs=0.12)
 
 
 def driven(spec: str, seed: int) -> float:
@@ -54,26 +54,22 @@ def driven(spec: str, seed: int) -> float:
 
 
 def test_a_called_robot_drives_off_by_that_error() -> None:
-    off = np.array([driven("noisy_bearing:sigma_deg=30", seed) for seed in range(60)])
+    off = np.array([driven("noisy_bearing:sigma_deg=30", seed) for seed in range(40)])
     assert stats.kstest(off, "norm", args=(0.0, np.deg2rad(30.0))).pvalue > 1e-3
-    anywhere = np.array([driven("noisy_bearing:sigma_deg=360", seed) for seed in range(60)])
+    anywhere = np.array([driven("noisy_bearing:sigma_deg=360", seed) for seed in range(40)])
     assert stats.kstest(anywhere, "uniform", args=(-np.pi, 2.0 * np.pi)).pvalue > 1e-3
 
 
 def test_without_an_error_it_is_the_papers_policy_and_walks_stay_paired() -> None:
-    short = scenario_named("paper-hw-2", n_steps=12, size_m=8.0, err_threshold=2.0)
+    short = scenario_named("paper-hw-2", n_steps=8, size_m=8.0, err_threshold=0.5)
     active, exact, off = (
         run_episodes(short, spec, [3, 4])
         for spec in ("active", "noisy_bearing:sigma_deg=0", "noisy_bearing:sigma_deg=90")
     )
-    for k in range(2):
+    for k in range(2):  # at first nobody calls
         np.testing.assert_array_equal(active[k].reference, exact[k].reference)
-        np.testing.assert_array_equal(
-            active[k].reference[:, :2], off[k].reference[:, :2]
-        )  # nobody called yet
-    assert any(
-        not np.array_equal(one.reference, other.reference) for one, other in zip(active, off, strict=True)
-    )
+        np.testing.assert_array_equal(active[k].reference[:, :2], off[k].reference[:, :2])
+    assert any(not np.array_equal(active[k].reference, off[k].reference) for k in range(2))
 
 
 @pytest.mark.parametrize("wrong", ["sigma_deg=-1", "sigma_deg=361", "memory=1"])
