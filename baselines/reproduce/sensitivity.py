@@ -59,7 +59,8 @@ def ranked(found: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     """The default, then the changes by how far they move the ratio, the furthest first."""
     frame = pd.DataFrame(found)
     base = float(frame.ratio[frame.change == DEFAULT].iloc[0])
-    frame["moves"] = np.abs(np.log(frame.ratio.astype(float) / base)).where(frame.change != DEFAULT, np.inf)
+    moves = np.abs(np.log(frame.ratio.to_numpy(float) / base))
+    frame["moves"] = np.where(frame.change == DEFAULT, np.inf, moves)
     return frame.sort_values("moves", ascending=False, kind="stable", ignore_index=True)
 
 
