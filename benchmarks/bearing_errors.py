@@ -28,6 +28,7 @@ from wifipgo.radio.turn_profiles import listen
 from wifipgo.scenarios import Scenario, scenario_named
 from wifipgo.se2 import wrap_angle
 from wifipgo.segments import crossings
+from wifipgo.state import World
 from wifipgo.streams import Streams
 
 ROOM: Mapping[str, Any] = MappingProxyType(
@@ -112,7 +113,15 @@ def errors(scenario: Scenario, n_rooms: int) -> Errors:
 
 def _of_rooms(scenario: Scenario, streams: Streams) -> Errors:
     world, tick = start(scenario, streams)
-    poses, rows, n = tick.truth.poses[:, 0], world.rows, world.rows.n_robots
+    signed = bearings(tick.truth.poses[:, 0], world, scenario, streams)
+    return signed._replace(deg=np.abs(signed.deg))
+
+
+def bearings(
+    poses: Float[np.ndarray, "rows 3"], world: World, scenario: Scenario, streams: Streams
+) -> Errors:
+    """Errors, with their signs, of every robot's bearing to every other of its room."""
+    rows, n = world.rows, world.rows.n_robots
     receiver, peer = np.nonzero(rows.peer(np.arange(len(rows)))[:, None] != np.arange(n))
     sender = receiver // n * n + peer
     links = probe_links(poses[:, :2], world.scene.surfaces, scenario.radio, world.standing, rows=rows)
@@ -132,7 +141,7 @@ def _of_rooms(scenario: Scenario, streams: Streams) -> Errors:
     between = crossings(poses[receiver, :2], poses[sender, :2], world.scene.faces_m[rows.world(receiver)])
     clear = ~np.asarray(between.any(axis=1))
     off_rad = wrap_angle(peaks.azimuth_rad[:, 0] - truth_rad)
-    return Errors(np.abs(np.rad2deg(off_rad)), peaks.height[:, 0] > 0.0, clear)
+    return Errors(np.rad2deg(off_rad), peaks.height[:, 0] > 0.0, clear)
 
 
 def show(report: Mapping[str, Mapping[str, Mapping[str, float]]], console: Console) -> None:
