@@ -31,10 +31,11 @@ def test_both_kinds_hold_the_same_poses(tmp_path: Path) -> None:
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_any_editor(tmp_path: Path, end: str) -> None:
     place = tmp_path / "t.txt"
-    lines = ["# time x y z qx qy qz qw", f"\f{GOOD}\t", "", GOOD.replace(" ", "\t"), ""]
+    later = GOOD.replace("0.5", "0.6").replace(" ", "\t")
+    lines = ["# time x y z qx qy qz qw", f"\f{GOOD}\t", "", later, ""]
     place.write_bytes(codecs.BOM_UTF8 + end.join(lines).encode())
     stamps, poses = read_tum(place)
-    np.testing.assert_array_equal(stamps, [0.5, 0.5])
+    np.testing.assert_array_equal(stamps, [0.5, 0.6])
     np.testing.assert_array_equal(poses, [[1, 2, 3, 0, 0, 0, 1]] * 2)
 
 
@@ -49,6 +50,8 @@ def test_any_editor(tmp_path: Path, end: str) -> None:
         ("2 1e999 0 0 0 0 0 1", "t.txt:3: expected 8 finite numbers"),
         ("2,1,0,0,0,0,0,1", "t.txt:3: expected a number with a decimal point, got a comma"),
         ("2, 1, 0, 0, 0, 0, 0, 1", "t.txt:3: expected a number with a decimal point, got a comma in '2,'"),
+        ("0.5 1 0 0 0 0 0 1", "t.txt:3: expected a time stamp after 0.5, that of the line before, got 0.5"),
+        ("0.4 1 0 0 0 0 0 1", "t.txt:3: expected a time stamp after 0.5, that of the line before, got 0.4"),
         ("2 LOST", "t.txt:3: expected a number, got 'LOST'"),
         ("2 1e200 1e200 0 1e200 0 0 1e200", "t.txt:3: expected a rotation"),
     ],

@@ -46,6 +46,7 @@ SUBCOMMANDS: Mapping[str, Subcommand] = MappingProxyType(
             "baselines.reproduce.__main__", "the paper's figures, regenerated, and its claims, judged"
         ),
         "optimise": Subcommand("wifipgo.graph.optimise", "a multi-robot pose graph in g2o, JRL or CSV files"),
+        "ate": Subcommand("wifipgo.graph.ate", "trajectory errors of a team against the truth: ATE, RPE"),
         "recordings": Subcommand(
             "wifipgo.radio.recordings.__main__", "directions of transmitters from real CSI recordings"
         ),

@@ -36,7 +36,11 @@ def appended(graph: PoseGraph, more: PoseGraph) -> PoseGraph:
 
 def of_robots(graph: PoseGraph, robots: Iterable[int]) -> PoseGraph:
     """The graph of one robot, a pair or more: their poses, and the measurements among these."""
-    kept = np.isin(graph.robot, list(robots))
+    return of_poses(graph, np.isin(graph.robot, list(robots)))
+
+
+def of_poses(graph: PoseGraph, kept: Bool[np.ndarray, " poses"]) -> PoseGraph:
+    """Some of the poses, and the measurements among these."""
     row = np.cumsum(kept) - 1
     inside = kept[graph.tail] & kept[graph.head]
     return PoseGraph(
@@ -49,6 +53,13 @@ def of_robots(graph: PoseGraph, robots: Iterable[int]) -> PoseGraph:
         information=graph.information[inside],
         weight=graph.weight[inside],
     )
+
+
+def so_far(graph: PoseGraph, share: float) -> Bool[np.ndarray, " poses"]:
+    """Which poses robots have when they have driven a share of theirs: the first of each at least."""
+    _, first, count = np.unique(graph.robot, return_index=True, return_counts=True)
+    rank = np.arange(len(graph.poses)) - np.repeat(first, count)
+    return rank < np.maximum(np.ceil(share * np.repeat(count, count)), 1.0)
 
 
 def cut_into_robots(graph: PoseGraph, n_robots: int) -> PoseGraph:

@@ -1,5 +1,6 @@
 """One robot of the distributed method: it owns its poses and solves for them, and for nothing else."""
 
+import time
 from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
@@ -59,6 +60,8 @@ class Robot:
     Attributes:
         knowledge: What it was given.
         estimate: Its poses after the last stage.
+        others: Its separators, as it knew them at the end of the last stage.
+        seconds: That it has computed.
         x: Unknowns of this stage, one block a pose.
         moved: How far they went in the last solve (Frobenius norm).
         oldest: Stamp of the oldest value that the last solve used, or `UNKNOWN`.
@@ -68,6 +71,7 @@ class Robot:
     def __init__(self, knowledge: Knowledge) -> None:
         """Take what the robot knows; it has heard nobody."""
         self.knowledge, self.estimate = knowledge, knowledge.start
+        self.others, self.seconds = Poses(knowledge.start.R[:0], knowledge.start.t_m[:0]), 0.0
         self._begin("", np.zeros((len(knowledge.start.R), 1, 1)), rotation_normal)
 
     @property
@@ -96,11 +100,13 @@ class Robot:
         x = np.zeros((n, len(GENERATORS[d]) + d, 1))
         rows = slice(None) if warm else self.knowledge.fixed
         x[rows, -d:, 0] = self.estimate.t_m[rows]
+        self._told_R = self._told
         self._begin(stage, x, partial(pose_normal, R=R))
 
     def end_poses(self) -> None:
         """Turn by what was found."""
         self.estimate = moved(self.estimate.R, self.x[..., 0])
+        self.others = moved(self._told_R, self._told[..., 0])
 
     def _begin(self, stage: str, x: Float[np.ndarray, "n k c"], normal: Callable[[Links], Normal]) -> None:
         """Begin a stage at ``x``, having heard nobody; messages of other stages are not listened to."""
@@ -132,6 +138,7 @@ class Robot:
         No step goes too far that uses a value older than need be in round ``stamp``, and
         none is taken that is not finite.
         """
+        begin = time.thread_time()
         if self._block is None:
             heard = [self.stamp[robot] != UNKNOWN for robot in self.knowledge.separator_of.tolist()]
             self._block = _block(self.knowledge, self._normal, self.x, np.array(heard, dtype=bool))
@@ -143,6 +150,7 @@ class Robot:
         self.moved = float(np.linalg.norm(step)) if np.isfinite(step).all() else np.inf
         self.x = self.x + step if np.isfinite(self.moved) else self.x
         self.oldest = min(self.stamp.values(), default=LATEST)
+        self.seconds += time.thread_time() - begin
 
 
 class _Block(NamedTuple):

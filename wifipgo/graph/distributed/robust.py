@@ -40,7 +40,7 @@ def solve_reweighted(
         and the last weights.
     """
     poses, report = solve_distributed(graph, fixed=fixed, config=config, channel=channel)
-    rounds, weight = report.rounds, np.ones(len(graph.tail))
+    rounds, seconds, weight = report.rounds, dict(report.seconds), np.ones(len(graph.tail))
     limit, row = truncation_chi2(graph.freedom), LOSSES[loss]
     chi2 = np.where(graph.odometry, 0.0, chi_squares(graph, poses))
     mu = limit / max(2.0 * float(chi2.max(initial=0.0)) - limit, 1e-9)
@@ -56,6 +56,8 @@ def solve_reweighted(
         warm = replace(config, warm=True)
         poses, report = solve_distributed(weighted, poses, fixed=fixed, config=warm, channel=channel)
         rounds += report.rounds
+        seconds = {robot: spent + report.seconds[robot] for robot, spent in seconds.items()}
         chi2 = np.where(graph.odometry, 0.0, chi_squares(graph, poses))
         mu *= GNC_FACTOR
-    return poses, report._replace(rounds=rounds, converged=report.converged and settled), weight
+    done = report.converged and settled
+    return poses, report._replace(rounds=rounds, converged=done, seconds=seconds), weight

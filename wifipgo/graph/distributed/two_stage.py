@@ -6,7 +6,8 @@ neighbours' latest separators held (Gauss-Seidel), or all at once with those of 
 (JOR, Jacobi over-relaxation).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from jaxtyping import Float, Int
 
 from wifipgo.arithmetic import harmless_underflow
 from wifipgo.graph.chordal import Poses, chordal_cost, links, matrices, pose_rows
+from wifipgo.graph.distributed.agreement import Knows
 from wifipgo.graph.distributed.channel import Channel
 from wifipgo.graph.distributed.robot import Robot
 from wifipgo.graph.distributed.rounds import DistributedConfig, Stage, run_stage, tell_all
@@ -34,6 +36,8 @@ class DistributedReport(NamedTuple):
         n_messages: Messages sent, those lost among them.
         n_lost: Messages that did not arrive.
         order: Robots in the order of their turns.
+        seconds: That each robot computed, by its number.
+        held: What each robot knows at the end.
     """
 
     converged: bool
@@ -44,6 +48,8 @@ class DistributedReport(NamedTuple):
     n_messages: int
     n_lost: int
     order: tuple[int, ...]
+    seconds: Mapping[int, float] = MappingProxyType({})
+    held: tuple[Knows, ...] = ()
 
 
 @one_thread
@@ -88,6 +94,8 @@ def solve_distributed(
         n_messages=channel.n_sent,
         n_lost=channel.n_lost,
         order=tuple(robot.number for robot in robots),
+        seconds={robot.number: robot.seconds for robot in by_number},
+        held=tuple(Knows(robot.knowledge, robot.estimate, robot.others) for robot in by_number),
     )
     return pose_rows(found), report
 

@@ -41,11 +41,11 @@ def read_tum(path: Path) -> tuple[Float[np.ndarray, " poses"], Float[np.ndarray,
     """Time stamps and poses of one TUM file; quaternions are brought to length one.
 
     Raises:
-        GraphFileError: A line has no eight finite numbers or no rotation, or there is none; a frame that
-            is lost, with a quaternion of zeros, is named too.
+        GraphFileError: A line has no eight finite numbers or no rotation, or is not later than the line
+            before, or there is none; a frame that is lost, with a quaternion of zeros, is named too.
         TextFileError: A word is no number, or the file no text.
     """
-    table = np.array(_table(path, 8, _check_quaternion))
+    table = np.array(_table(path, 8, _check_stamped()))
     return table[:, 0], normalised(table[:, 1:])
 
 
@@ -61,7 +61,7 @@ def read_kitti(path: Path) -> Float[np.ndarray, "poses 7"]:
 
 
 def _table(
-    path: Path, columns: int, check: Callable[[Float[np.ndarray, " columns"]], str | None]
+    path: Path, columns: int, check: Callable[[Float[np.ndarray, " columns"]], tuple[str, str] | None]
 ) -> list[Float[np.ndarray, " columns"]]:
     """Values of each line that is no comment."""
     out = []
@@ -75,27 +75,38 @@ def _table(
             raise GraphFileError(str(path), n, f"{columns} finite numbers", got)
         wrong = check(row)
         if wrong is not None:
-            raise GraphFileError(str(path), n, "a rotation", wrong)
+            raise GraphFileError(str(path), n, *wrong)
         out.append(row)
     if not out:
         raise GraphFileError(str(path), 0, "at least one pose", "none")
     return out
 
 
-def _check_quaternion(row: Float[np.ndarray, "8"]) -> str | None:
-    """What is wrong with the last four numbers."""
-    length = math.hypot(*row[4:])
-    return None if abs(length - 1.0) <= ROTATION_ATOL else f"a quaternion of length {length:.6g}"
+def _check_stamped() -> Callable[[Float[np.ndarray, "8"]], tuple[str, str] | None]:
+    """What is wrong with a line of TUM: its quaternion, or a time stamp that does not rise."""
+    last = -math.inf
+
+    def check(row: Float[np.ndarray, "8"]) -> tuple[str, str] | None:
+        nonlocal last
+        length, stamp = math.hypot(*row[4:]), float(row[0])
+        if abs(length - 1.0) > ROTATION_ATOL:
+            return "a rotation", f"a quaternion of length {length:.6g}"
+        if stamp <= last:
+            return f"a time stamp after {last!r}, that of the line before", repr(stamp)
+        last = stamp
+        return None
+
+    return check
 
 
-def _check_rotation(row: Float[np.ndarray, "12"]) -> str | None:
+def _check_rotation(row: Float[np.ndarray, "12"]) -> tuple[str, str] | None:
     """What is wrong with the left of a 3 x 4 matrix."""
     R = row.reshape(3, 4)[:, :3]
     with np.errstate(over="ignore", invalid="ignore"):
         off = float(np.abs(R @ R.T - np.eye(3)).max())
     if off > 2.0 * ROTATION_ATOL or not np.isfinite(off):
-        return f"a matrix whose rows are off length 1 and right angles by {off:.6g}"
-    return None if np.linalg.det(R) > 0.0 else "a mirrored matrix"
+        return "a rotation", f"a matrix whose rows are off length 1 and right angles by {off:.6g}"
+    return None if np.linalg.det(R) > 0.0 else ("a rotation", "a mirrored matrix")
 
 
 def _by_robot(
