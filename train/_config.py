@@ -21,7 +21,9 @@ class EnvsConfig:
 
     Attributes:
         scenario: Scenario that is evaluated, and trained on.
-        others: More scenarios to train on, with the same layout; environments take them in turn.
+        others: More scenarios to train on, each a name and what is changed in it ("paper-sim-2 n_robots=4
+            size_m=30"); environments take them in turn. Teams, rooms and lengths of episodes may differ where
+            the interface is rays.
         overrides: Other values for fields of all of them, KEY=VALUE.
         reward: Name of the reward.
         interface: How the network meets the environment: rays (directions to choose from) or flat (the
@@ -30,7 +32,8 @@ class EnvsConfig:
             state there; else for the end, which is what the score does.
         n_envs: Worlds side by side, those of a scenario and a process stepped at once: 64 for each process
             is a good number.
-        n_workers: Processes that share them; 0: this one. Results do not depend on it.
+        n_workers: Processes that share them; 0: this one. Where scenarios differ in teams, rooms or lengths,
+            each has one of its own if this is not 0. Results do not depend on it.
         n_phases: Groups of worlds whose episodes end at other times, so that an update learns from all parts
             of an episode however short ppo.n_steps is; each is stepped by itself.
     """

@@ -16,7 +16,9 @@ from torch.nn.functional import mse_loss
 
 from baselines.policies import make_policy
 from train._config import ImitationConfig, TrainConfig
+from train._interface_vec_env import Translated
 from train._rollouts import rounded_up, scenarios_of, translated_of
+from wifipgo.scenarios import Scenario
 
 _STREAM = 0xDA6
 _VALUE_WEIGHT = 0.25
@@ -60,13 +62,47 @@ def imitate(model: PPO, norm: VecNormalize, config: TrainConfig, *, on_step: Cal
 
 
 class _Scripts:
-    """A scripted policy that drives the teams of all environments, one policy a scenario."""
+    """A scripted policy that drives the teams of all environments, those of one part after the other."""
 
     def __init__(self, norm: VecNormalize, config: TrainConfig) -> None:
-        scenarios, self.n_teams = scenarios_of(config), config.envs.n_envs
-        self._translated, self._episodes = translated_of(norm), [0] * self.n_teams
-        self._seeds = [config.seed + k for k in range(self.n_teams)]
-        teams, spec = np.arange(self.n_teams), config.imitation.policy
+        scenarios, parts, n = scenarios_of(config), translated_of(norm), config.envs.n_envs
+        alone = [
+            (part, [scenario], range(k, n, len(parts)))
+            for k, (part, scenario) in enumerate(zip(parts, scenarios, strict=False))
+        ]
+        of_each = alone if len(parts) > 1 else [(parts[0], scenarios, range(n))]
+        self._parts = [
+            _PartScripts(part, played, [config.seed + k for k in teams], config.imitation.policy)
+            for part, played, teams in of_each
+        ]
+        self.n_teams = n
+        self._bounds = np.cumsum([part.n_rows for part in self._parts])[:-1]
+        self._team_sizes = np.concatenate([part.team_sizes for part in self._parts])
+
+    def answers(self) -> np.ndarray:
+        """What the scripts would do now, as answers of a network."""
+        return np.concatenate([part.answers() for part in self._parts])
+
+    def ended(self, dones: Bool[np.ndarray, " rows"]) -> None:
+        """Some rows' episodes are over."""
+        for part, of_part in zip(self._parts, np.split(dones, self._bounds), strict=True):
+            part.ended(of_part)
+
+    def by_row(self, of_teams: Bool[np.ndarray, " teams"]) -> Bool[np.ndarray, " rows"]:
+        """What holds of teams, by row."""
+        return np.repeat(of_teams, self._team_sizes)
+
+
+class _PartScripts:
+    """A scripted policy that drives the teams of environments that are alike, one policy a scenario."""
+
+    def __init__(
+        self, translated: Translated, scenarios: Sequence[Scenario], seeds: Sequence[int], spec: str
+    ) -> None:
+        self._translated, self._seeds = translated, list(seeds)
+        self.n_teams, self.n_rows = len(self._seeds), translated.num_envs
+        self.team_sizes = np.full(self.n_teams, self.n_rows // self.n_teams)
+        self._episodes, teams = [0] * self.n_teams, np.arange(self.n_teams)
         # Environment k plays scenario k, those after the last the first again, and so on.
         self._drivers = [
             (teams[k :: len(scenarios)], make_policy(spec, scenario))
@@ -117,7 +153,7 @@ def _collected(
     for _ in range(n_steps):
         right = scripts.answers()
         own, _ = model.predict(shown, deterministic=False)
-        by_script = np.repeat(rng.random(scripts.n_teams) < share, norm.num_envs // scripts.n_teams)
+        by_script = scripts.by_row(rng.random(scripts.n_teams) < share)
         seen.append(np.asarray(norm.get_original_obs()))
         said.append(right)
         new, _, dones, _ = norm.step(np.where(by_script[:, None], right, own))

@@ -1,22 +1,24 @@
 """Environments of a training run, wrapped as its settings ask for."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 
 import numpy as np
-from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
+from stable_baselines3.common.vec_env import VecEnv, VecMonitor, VecNormalize
 
 from baselines.evaluation.episodes import trial_seed
 from baselines.policies.learned.interfaces import make_interface
 from baselines.policies.learned.network import layout_of
+from baselines.policies.learned.training_scenarios import scenario_varied
 from baselines.suite.definition import ROOTS
 from envs.rendezvous_v0 import parallel_env
 from train._config import HELD_OUT_SEED, TrainConfig
 from train._interface_vec_env import Translated
+from train._mixed_vec_env import MixedVecEnv
 from train._vec_env import TeamVecEnv
 from wifipgo.coerce import key_value
 from wifipgo.errors import require
-from wifipgo.scenarios import Scenario, scenario_named
+from wifipgo.scenarios import Scenario
 
 # So many trials of an evaluation are kept apart from training.
 _KEPT_APART = 1_000
@@ -31,14 +33,27 @@ def scenarios_of(config: TrainConfig) -> list[Scenario]:
         ValueError: One is unknown, or has another layout or another interface to the network.
     """
     changes = dict(map(key_value, config.envs.overrides))
-    names = (config.envs.scenario, *config.envs.others)
-    scenarios = [scenario_named(name, **changes) for name in names]
-    layout, scale = layout_of(scenarios[0]), make_interface(config.envs.interface, scenarios[0]).scale
-    for other in scenarios[1:]:
-        rule = f"of scenarios with the observations of {scenarios[0].name!r}, its room's size and its n_steps"
-        same = layout_of(other) == layout and make_interface(config.envs.interface, other).scale == scale
-        require(same, "envs.others", rule, other.name)
+    texts = (config.envs.scenario, *config.envs.others)
+    scenarios = [scenario_varied(text, **changes) for text in texts]
+    for text, other in zip(texts[1:], scenarios[1:], strict=True):
+        rule = (
+            f"of scenarios with the observations of {scenarios[0].name!r}, or of any with the interface rays"
+        )
+        fits = config.envs.interface == "rays" or are_alike([scenarios[0], other], config.envs.interface)
+        require(fits, "envs.others", rule, text)
     return scenarios
+
+
+def are_alike(scenarios: Sequence[Scenario], interface: str) -> bool:
+    """Whether scenarios have the same team, observations and lengths: one interface translates all."""
+    kinds = [(s.n_robots, layout_of(s), make_interface(interface, s).scale) for s in scenarios]
+    return all(kind == kinds[0] for kind in kinds)
+
+
+def rows_of(config: TrainConfig) -> int:
+    """Robots of all environments."""
+    scenarios = scenarios_of(config)
+    return sum(scenarios[k % len(scenarios)].n_robots for k in range(config.envs.n_envs))
 
 
 def environments(config: TrainConfig, seed: int) -> VecNormalize:
@@ -48,19 +63,18 @@ def environments(config: TrainConfig, seed: int) -> VecNormalize:
         config: Settings.
         seed: Root of the worlds.
     """
-    scenarios = scenarios_of(config)
-    reward, n = config.envs.reward, config.envs.n_envs
-    makers = [partial(parallel_env, scenarios[k % len(scenarios)], reward=reward) for k in range(n)]
-    venv = TeamVecEnv(makers, n_workers=config.envs.n_workers, n_phases=config.envs.n_phases)
+    scenarios, n = scenarios_of(config), config.envs.n_envs
+    each = [scenarios[k % len(scenarios)] for k in range(n)]
     root = np.random.SeedSequence(seed, spawn_key=(_WORLDS,)).generate_state(1)[0]
+    if are_alike(scenarios, config.envs.interface):
+        venv: VecEnv = _translated(each, config, n_workers=config.envs.n_workers)
+    else:
+        workers = min(config.envs.n_workers, 1)
+        parts = [each[k :: len(scenarios)] for k in range(len(scenarios))]
+        venv = MixedVecEnv([_translated(part, config, n_workers=workers) for part in parts])
     _keep_apart(venv.seed(int(root)), config.selection.seed)
-    translated = Translated(
-        VecMonitor(venv),
-        make_interface(config.envs.interface, scenarios[0]),
-        endless=config.envs.endless,
-    )
     return VecNormalize(
-        translated,
+        venv,
         norm_obs=config.norm.observations,
         norm_reward=config.norm.reward,
         clip_obs=config.norm.clip,
@@ -68,16 +82,27 @@ def environments(config: TrainConfig, seed: int) -> VecNormalize:
     )
 
 
-def translated_of(norm: VecNormalize) -> Translated:
-    """The wrapper under the normalisation.
+def _translated(each: Sequence[Scenario], config: TrainConfig, *, n_workers: int) -> Translated:
+    """One environment for each of some scenarios that are alike, as a network meets them."""
+    makers = [partial(parallel_env, scenario, reward=config.envs.reward) for scenario in each]
+    phases = min(config.envs.n_phases, len(each))
+    venv = TeamVecEnv(makers, n_workers=n_workers, n_phases=phases)
+    interface = make_interface(config.envs.interface, each[0])
+    return Translated(VecMonitor(venv), interface, endless=config.envs.endless)
+
+
+def translated_of(norm: VecNormalize) -> tuple[Translated, ...]:
+    """The wrappers under the normalisation, one for all scenarios or one for each.
 
     Raises:
         TypeError: It was made of other environments.
     """
     venv = norm.venv
-    if not isinstance(venv, Translated):
+    found = venv.parts if isinstance(venv, MixedVecEnv) else (venv,)
+    parts = tuple(part for part in found if isinstance(part, Translated))
+    if len(parts) != len(found):
         raise TypeError(f"environments of a training must be those of train._rollouts, got {type(venv)}")
-    return venv
+    return parts
 
 
 def _keep_apart(seeds: object, selection_seed: int) -> None:

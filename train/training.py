@@ -24,7 +24,7 @@ from train._export import exported
 from train._learning_curve import LEARNED, Curve, arrays_of_table, table_of
 from train._model_arrays import arrays_of, restore
 from train._rays_policy import RaysPolicy
-from train._rollouts import environments, scenarios_of
+from train._rollouts import environments, rows_of, scenarios_of
 from train._run_folder import claim
 from train._versions import versions
 from train._yaml import read_settings, written
@@ -222,7 +222,7 @@ def _check(config: TrainConfig, scenario: Scenario) -> None:
     for spec in (*config.selection.policies, config.imitation.policy):
         if spec:
             make_policy(spec, scenario)
-    rows, n_steps = config.envs.n_envs * scenario.n_robots, config.ppo.n_steps
+    rows, n_steps = rows_of(config), config.ppo.n_steps
     rule = f"a divisor of {rows * n_steps}, what {rows} agents collect in ppo.n_steps={n_steps}"
     require(rows * n_steps % config.ppo.batch_size == 0, "ppo.batch_size", rule, config.ppo.batch_size)
 

@@ -17,7 +17,7 @@ def test_scripts_are_those_of_each_environment_alone() -> None:
     )
     norm = environments(config, config.seed)
     norm.reset()
-    scripts, translated = _Scripts(norm, config), translated_of(norm)
+    scripts, (translated,) = _Scripts(norm, config), translated_of(norm)
     scenarios = [scenarios_of(config)[k % 2] for k in range(3)]
     alone = [make_policy("frontier_home", scenario) for scenario in scenarios]
     episodes = [0, 0, 0]

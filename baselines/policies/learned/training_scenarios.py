@@ -6,10 +6,24 @@ from typing import Any
 
 from baselines.policies.learned.network import Network, plain
 from wifipgo.coerce import settings
-from wifipgo.scenarios import SCENARIOS, Scenario, scenario_from
+from wifipgo.scenarios import Scenario, scenario_from, scenario_named
 
 _NOT_PLAYED = ("name", "source")
 _SHOWN = 3  # fields that are named
+
+
+def scenario_varied(text: str, /, **changes: Any) -> Scenario:
+    """Scenario of ``NAME KEY=VALUE ...``: one of a name, with some fields changed.
+
+    Args:
+        text: Name, then changes, apart by blanks.
+        changes: More of them; those in the text win.
+
+    Raises:
+        ValueError: A name or a field that does not exist, or a value that is refused.
+    """
+    name, *pairs = text.split() or [""]
+    return scenario_named(name, **changes | settings(pairs))
 
 
 def trained_elsewhere(network: Network, scenario: Scenario) -> str:
@@ -32,9 +46,7 @@ def _trained_on(network: Network) -> Iterator[Mapping[str, Any]]:
     if isinstance(envs, Mapping):
         with suppress(ValueError, TypeError, KeyError):
             changes = settings(envs.get("overrides", ()))
-            yield from (
-                _flat(plain(SCENARIOS[name].with_overrides(**changes))) for name in envs.get("others", ())
-            )
+            yield from (_flat(plain(scenario_varied(text, **changes))) for text in envs.get("others", ()))
 
 
 def _flat(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,0 +1,95 @@
+"""Environments with teams of several sizes as one: the rows of one after those of the other."""
+
+from collections.abc import Iterable, Sequence
+from itertools import chain
+from typing import Any
+
+import numpy as np
+from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
+
+from wifipgo.errors import require
+
+
+class MixedVecEnv(VecEnv):
+    """Several VecEnvs that show and are told the same kind of numbers, side by side.
+
+    Args:
+        parts: Stepped at once where they have processes of their own.
+
+    Attributes:
+        parts: As given.
+        bounds: First row of each part, and the end of the last.
+    """
+
+    def __init__(self, parts: Sequence[VecEnv]) -> None:
+        """Put them together."""
+        self.parts = tuple(parts)
+        first = self.parts[0]
+        for part in self.parts[1:]:
+            same = (part.observation_space, part.action_space) == (
+                first.observation_space,
+                first.action_space,
+            )
+            require(same, "parts", "of the same spaces", part.observation_space)
+        self.bounds = np.cumsum([0, *(part.num_envs for part in self.parts)]).tolist()
+        super().__init__(self.bounds[-1], first.observation_space, first.action_space)
+
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        """Seed the next reset; each part has a root of its own."""
+        roots = np.random.SeedSequence(seed).generate_state(len(self.parts)).tolist()
+        return list(
+            chain.from_iterable(part.seed(root) for part, root in zip(self.parts, roots, strict=True))
+        )
+
+    def reset(self) -> VecEnvObs:
+        """Begin an episode everywhere."""
+        return np.concatenate([np.asarray(part.reset()) for part in self.parts])
+
+    def step_async(self, actions: np.ndarray) -> None:
+        """Hand out one action a row."""
+        for part, begin, end in self._with_bounds():
+            part.step_async(actions[begin:end])
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """What the step gave, by row."""
+        shown, rewards, dones, infos = zip(*(part.step_wait() for part in self.parts), strict=True)
+        rows = np.concatenate([np.asarray(each) for each in shown])
+        return rows, np.concatenate(rewards), np.concatenate(dones), list(chain.from_iterable(infos))
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """An attribute of the environment of each row."""
+        return self._by_row("get_attr", indices, attr_name)
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Set an attribute of the environments of some rows."""
+        self._by_row("set_attr", indices, attr_name, value)
+
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
+    ) -> list[Any]:
+        """Call a method in the environments of some rows."""
+        return self._by_row("env_method", indices, method_name, *method_args, **method_kwargs)
+
+    def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
+        """Whether a wrapper of this type is around the environment of each row."""
+        return self._by_row("env_is_wrapped", indices, wrapper_class)
+
+    def close(self) -> None:
+        """Close all parts."""
+        for part in self.parts:
+            part.close()
+
+    def _with_bounds(self) -> Iterable[tuple[VecEnv, int, int]]:
+        return zip(self.parts, self.bounds[:-1], self.bounds[1:], strict=True)
+
+    def _by_row(self, name: str, indices: VecEnvIndices, *args: Any, **kwargs: Any) -> list[Any]:
+        """Ask the parts of some rows; answers in the order of the rows that were asked for."""
+        rows = list(self._get_indices(indices))
+        found: dict[int, Any] = {}
+        for part, begin, end in self._with_bounds():
+            mine = [row for row in rows if begin <= row < end]
+            if mine:
+                told = getattr(part, name)(*args, indices=[row - begin for row in mine], **kwargs)
+                found |= dict(zip(mine, told or [None] * len(mine), strict=True))
+        return [found[row] for row in rows]
