@@ -79,6 +79,8 @@ _V1 = {
     "four": _part(6026, "paper-sim-2", n_robots=4),
     "eight": _part(6027, "paper-sim-2", n_robots=8, size_m=40.0),
     "fifty": _part(6028, "paper-sim-50"),
+    "real": _part(6029, "radio-real-2"),
+    "hard": _part(6030, "radio-hard"),
 }
 SUITES: Mapping[str, Suite] = MappingProxyType(
     {"suite-v1": Suite(name="suite-v1", parts=MappingProxyType(_V1), worlds=100)}
