@@ -21,5 +21,9 @@ def weight_at_huber_loss(loss: Float[np.ndarray, " rows"]) -> Float[np.ndarray, 
 
 def geman_mcclure(sigma_rad: float) -> gtsam.noiseModel.Robust:
     """Geman-McClure's loss ``c^2 e^2 / (c^2 + e^2) / 2`` on a bearing."""
-    shape = gtsam.noiseModel.mEstimator.GemanMcClure.Create(BEARING_C)
-    return gtsam.noiseModel.Robust.Create(shape, gtsam.noiseModel.Isotropic.Sigma(1, sigma_rad))
+    return geman_mcclure_of(gtsam.noiseModel.Isotropic.Sigma(1, sigma_rad))
+
+
+def geman_mcclure_of(noise: gtsam.noiseModel.Base) -> gtsam.noiseModel.Robust:
+    """The same loss on the Mahalanobis distance of a noise model."""
+    return gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.GemanMcClure.Create(BEARING_C), noise)
