@@ -5,9 +5,11 @@ from jaxtyping import Float
 
 from baselines.policies.observation_view import View
 from baselines.policies.rendezvous import ActiveRendezvous
+from baselines.policies.signal_following import heard_bearing
 from wifipgo.errors import require
 from wifipgo.rows import Generators
 from wifipgo.scenarios import Scenario
+from wifipgo.se2 import wrap_angle
 
 
 class NoisyBearing(ActiveRendezvous):
@@ -32,8 +34,8 @@ class NoisyBearing(ActiveRendezvous):
         super().__init__(scenario, err_threshold=err_threshold)
 
     def _come(self, view: View, slot: np.ndarray, comes: np.ndarray, free_steps: np.ndarray) -> np.ndarray:
-        off_rad = self._sigma_rad * self._errors.step(view, self._rng)
-        return self._approach.step(view, slot, comes, free_steps, off_rad=off_rad)
+        bearing = heard_bearing(view, slot) + self._sigma_rad * self._errors.step(view, self._rng)
+        return self._approach.step(view, slot, comes, free_steps, bearing_rad=wrap_angle(bearing))
 
 
 class CorrelatedNormals:

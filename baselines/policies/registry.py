@@ -17,7 +17,9 @@ from baselines.policies.own_policy import own_policy
 from baselines.policies.own_source import own_digest, own_maker
 from baselines.policies.policy import Driver, DrivesTeams
 from baselines.policies.rendezvous import ActiveRendezvous, RandomRendezvous
+from baselines.policies.signal_strength import Climb, PingRanging
 from baselines.policies.specs import Spec, parse_spec, placed, split_list, with_labels
+from baselines.policies.wiser_x import wiser_x
 from wifipgo.errors import pick
 from wifipgo.scenarios import Scenario
 
@@ -25,6 +27,7 @@ POLICIES: Mapping[str, Callable[..., DrivesTeams]] = MappingProxyType(
     {
         "active": ActiveRendezvous,
         "both_drive": team_rules.both_drive,
+        "climb": Climb,
         "convoy": scripted.convoy,
         "covariance": scripted.covariance,
         "fixed_point": scripted.fixed_point,
@@ -38,12 +41,14 @@ POLICIES: Mapping[str, Callable[..., DrivesTeams]] = MappingProxyType(
         "periodic": scripted.periodic,
         "persistent": scripted.persistent,
         "persistent_active": scripted.persistent_active,
+        "ping_ranging": PingRanging,
         "ppo": LearnedPolicy,
         "random": RandomRendezvous,
         "team_plan": team_rules.team_plan,
         "turns": team_rules.turns,
         "vision": scripted.vision,
         "voronoi": team_rules.voronoi,
+        "wiser_x": wiser_x,
     }
 )
 

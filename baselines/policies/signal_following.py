@@ -7,7 +7,6 @@ from baselines.policies.observation_view import View
 from baselines.policies.steering import step_towards
 from envs.rendezvous_v0 import N_BINS, bin_azimuths
 from wifipgo.radio.aoa.peaks import vertex
-from wifipgo.se2 import wrap_angle
 
 # sigma < 1 (paper Sec. 5). gamma makes the step gamma w^2 / sigma^2 reach one step length for the
 # smallest discrepancy that Algorithm 1 leaves, w = 1 Mb/s / 66 Mb/s, so that the robot always
@@ -21,6 +20,14 @@ def strongest_bearing(profile: Float[np.ndarray, "robots bins"]) -> Float[np.nda
     rows, best = np.arange(len(profile)), profile.argmax(axis=1)
     low, mid, high = (profile[rows, (best + k) % N_BINS] for k in (-1, 0, 1))
     return bin_azimuths()[best] + vertex(low, mid, high) * 2.0 * np.pi / N_BINS
+
+
+def heard_bearing(
+    view: View, slot: Int[np.ndarray, " robots"], row: Int[np.ndarray, " some"] | slice = slice(None)
+) -> Float[np.ndarray, " some"]:
+    """Direction of the strongest path from the robot in a slot, of some robots or of all."""
+    of = np.arange(len(slot))[row]
+    return strongest_bearing(view.slot("profile")[of, slot[of]])
 
 
 def step_length(
@@ -43,7 +50,7 @@ class Approach:
         comes: Bool[np.ndarray, " robots"],
         free_steps: Float[np.ndarray, "robots rays"],
         *,
-        off_rad: Float[np.ndarray, " robots"] | None = None,
+        bearing_rad: Float[np.ndarray, " robots"] | None = None,
     ) -> Float[np.ndarray, "robots 2"]:
         """Algorithm 1's step, or none while each step already brings a new observation of the other.
 
@@ -54,7 +61,7 @@ class Approach:
             slot: Whom each follows.
             comes: Who follows at all.
             free_steps: Lidar, in step lengths.
-            off_rad: To add to each direction that was heard.
+            bearing_rad: Directions to go in place of those of the strongest paths, body frame.
         """
         before, side = view.kept(self._observed, np.inf), view.kept(self._side, 0.0)
         self._observed, self._side = np.full(len(slot), np.inf), np.zeros(len(slot))
@@ -62,8 +69,7 @@ class Approach:
         if not len(row):
             return waypoint
         observed = view.slot("observed")[row, slot[row], 0]
-        bearing = strongest_bearing(view.slot("profile")[row, slot[row]])
-        bearing = bearing if off_rad is None else wrap_angle(bearing + off_rad[row])
+        bearing = heard_bearing(view, slot, row) if bearing_rad is None else bearing_rad[row]
         length = step_length(view.slot("discrepancy")[row, slot[row], 0])
         towards, self._side[row] = step_towards(bearing, length, free_steps[row], side[row])
         self._observed[row] = observed

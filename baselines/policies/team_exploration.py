@@ -33,12 +33,16 @@ class SharedRoom(BestView):
         self, view: View, there: Float[np.ndarray, "robots rays 2"]
     ) -> Float[np.ndarray, "robots rays"]:
         """Squares that come in range, the own ones first, less the way to what is left."""
-        wanted, own = candidates(view.survey), own_share(view)
+        wanted, own = candidates(view.survey), self._share(view)
         mine, rest = self._after(there, wanted & own)
         others, rest_of_others = self._after(there, wanted & ~own)
         busy = (wanted & own).any(axis=1)[:, None]
         rest = np.where(busy, rest, rest_of_others)
         return mine + self._others_worth * others - self._rest_worth * rest
+
+    def _share(self, view: View) -> Bool[np.ndarray, "robots squares"]:
+        """Squares that a robot takes for its own."""
+        return own_share(view)
 
 
 class Mesh(SharedRoom):
