@@ -25,9 +25,10 @@ class ReproduceConfig:
     takes the better part of an hour on two cores, --trials 10 --roots 1 a few minutes. A verdict needs ten
     worlds in all: with fewer the figures are drawn and none is given.
 
-    Beside the figures stands a study, not part of all: sensitivity changes everything of ours, one at a time,
-    and ranks what carries the factor of six and the ground-truth gain, with a picture and a page (a quarter
-    of an hour on one core).
+    Beside the figures stand two studies, each with a table, a picture and a page, and no part of all:
+    sensitivity changes everything of ours, one at a time, and ranks what carries the factor of six and the
+    ground-truth gain; fig_radio plays the same worlds under a radio that grows harder, with policies that do
+    without directions. Each takes about half as long as all; with --trials 30 --roots 4 an eighth.
 
     --set and --sweep judge the claims under changed assumptions beside the default, in one table
     (changed_claims.md and .json in OUT): no figure is drawn, and only episodes that the change touches are
@@ -40,7 +41,8 @@ class ReproduceConfig:
     Example: wifipgo reproduce sensitivity --trials 30 --roots 4 --out results/sensitivity
 
     Attributes:
-        figures: all (of the paper's), or any of fig2 fig5 fig7 fig8 fig9 fig10 fig10_literal sensitivity.
+        figures: all (of the paper's), or any of fig2 fig5 fig7 fig8 fig9 fig10 fig10_literal
+            sensitivity fig_radio.
         trials: Worlds of each root, each met by everything that is compared. Left out: 60 with two robots,
             10 with fifty.
         roots: Roots of seeds; the worlds of all are one pool.

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from types import MappingProxyType, ModuleType
 
-from baselines.reproduce import fig2, fig5, fig7, fig8, fig9, fig10, fig10_literal, sensitivity
+from baselines.reproduce import fig2, fig5, fig7, fig8, fig9, fig10, fig10_literal, fig_radio, sensitivity
 from wifipgo.errors import BadInputError, UnknownNameError
 
 # Each has a TITLE, tasks(setting) and make(setting, folder).
@@ -19,7 +19,7 @@ FIGURES: Mapping[str, ModuleType] = MappingProxyType(
     }
 )
 # Beside the paper's figures, and not part of all: nothing is judged; each has a page(folder, run, picture).
-STUDIES: Mapping[str, ModuleType] = MappingProxyType({"sensitivity": sensitivity})
+STUDIES: Mapping[str, ModuleType] = MappingProxyType({"sensitivity": sensitivity, "fig_radio": fig_radio})
 ALL = "all"  # of the paper's figures
 _MEASURE_NOTHING = frozenset({"fig1", "fig3", "fig4", "fig6"})
 NOT_REDONE = (
@@ -34,6 +34,7 @@ def chosen(names: tuple[str, ...]) -> list[str]:
     Raises:
         ValueError: One does not exist, or measures nothing; the message lists those that do.
     """
+    names = tuple(name.replace("-", "_") for name in names)
     known = [ALL, *FIGURES, *STUDIES]
     for name in names:
         if name in _MEASURE_NOTHING:

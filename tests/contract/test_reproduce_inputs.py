@@ -9,6 +9,7 @@ from support.data_dir import data_dir
 
 from baselines.reproduce import _figures, _recordings
 from baselines.reproduce.__main__ import main
+from baselines.reproduce._figures import FIGURES, STUDIES
 from baselines.reproduce._outlier_trials import METHODS, OutlierTrial
 from baselines.reproduce._runs import Run, changed
 
@@ -16,10 +17,7 @@ from baselines.reproduce._runs import Run, changed
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (
-            ["figure7"],
-            "unknown figure 'figure7'; known: all, fig10, fig10_literal, fig2, fig5, fig7, fig8, fig9",
-        ),
+        (["figure7"], f"unknown figure 'figure7'; known: {', '.join(sorted(['all', *FIGURES, *STUDIES]))}"),
         (["fig6"], "got 'fig6'. Figures 1, 3, 4 and 6 of the paper are not redone: they show the idea (1)"),
         (["fig7", "--sweep", "kappa=2,3,2"], "--sweep kappa must be values that differ, got 'kappa=2,3,2'"),
         (["fig7", "--sweep", "err_threshold=5,5.0"], "--sweep err_threshold must be values that differ"),

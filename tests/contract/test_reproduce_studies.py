@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from baselines.reproduce import _levers, sensitivity
+from baselines.reproduce import _levers, _rungs, fig_radio, sensitivity
 from baselines.reproduce.__main__ import main
 from baselines.reproduce._figures import FIGURES, STUDIES, chosen
 from baselines.reproduce._runs import Run, Setting, changed
@@ -63,3 +63,25 @@ def test_studies_do_not_take_changed_assumptions(tmp_path: Path, capsys: pytest.
     assert "--set and --sweep must be for the paper's figures: fig2" in capsys.readouterr().err
     with pytest.raises(BadInputError, match="sensitivity"):
         chosen(("fig3",))
+
+
+def test_rungs_are_compared_and_have_a_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two radios, of which the second adds an error to directions; who follows none plays the same."""
+    rungs = (_rungs.Rung("path loss", SHORT), _rungs.Rung("+ real bearings", SHORT, "noisy_bearing", 30.0))
+    monkeypatch.setattr(fig_radio, "RUNGS", rungs)
+    for module in (_rungs, fig_radio):
+        monkeypatch.setattr(
+            module, "POLICIES", {name: _rungs.POLICIES[name] for name in ("active", "random")}
+        )
+    out, docs = tmp_path / "out", tmp_path / "docs"
+    command = ["fig-radio", "--trials", "3", "--roots", "1", "--executor", "serial", "--out", str(out)]
+    assert main([*command, "--docs", str(docs)]) == 0
+    found = pd.read_parquet(out / "fig_radio" / "fig_radio.parquet").set_index(["radio", "policy"])
+    assert len(list((out / "episodes").iterdir())) == 3 * 3
+    exact, worse = found.xs("active", level="policy").median_deg
+    assert exact < 1.0
+    assert 8.0 < worse < 40.0  # 20 deg of a normal with sigma of 30
+    assert (found.xs("random", level="policy").ratio == 1.0).all()
+    assert found.xs("random", level="policy").err.nunique() == 1
+    assert {path.name for path in docs.rglob("*.*")} == {"fig_radio.md", "fig_radio.png"}
+    assert "| + real bearings |" in (docs / "fig_radio.md").read_text()

@@ -1,5 +1,7 @@
 """What robots make of the strength of a signal: courses that turn when it falls, distances, places."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -17,11 +19,16 @@ LOUD = 45  # bin of the profile in which the other robot is heard
 HEARD_RAD = -np.pi + 2.0 * np.pi / 72.0 * (LOUD + 0.5)
 
 
-def observed(**values: float | np.ndarray) -> np.ndarray:
+def observed(**values: Any) -> np.ndarray:
     """A called robot in the open, in the middle of the room and looking along x, with some blocks set."""
     fields = layout(SCENARIO)
     row = np.zeros(sum(field.size for field in fields), np.float32)
-    usual = {"slot0/present": 1.0, "slot0/discrepancy": 1.0, "slot0/calls_me": 1.0, "lidar": 1.0}
+    usual: dict[str, Any] = {
+        "slot0/present": 1.0,
+        "slot0/discrepancy": 1.0,
+        "slot0/calls_me": 1.0,
+        "lidar": 1.0,
+    }
     usual |= {"own/position": 0.5, "own/heading": np.array([1.0, 0.0])}
     for field in fields:
         row[field.where] = (usual | values).get(field.name, 0.0)
