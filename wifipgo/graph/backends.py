@@ -7,6 +7,7 @@ takes arrays of poses and measurements and knows nothing of a loop or of a scena
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple, Protocol, runtime_checkable
 
@@ -17,6 +18,7 @@ from wifipgo.errors import NumericalError
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.distributed import Channel, DistributedConfig
 from wifipgo.graph.distributed.simulated_team import solve_by_robots
+from wifipgo.graph.distributed.two_level import TwoLevelConfig
 from wifipgo.graph.edges import Edges, known_to
 from wifipgo.graph.outliers.methods import OutlierMethod, gate_weights, solve_robust
 from wifipgo.graph.solvers import last_pose_covariances
@@ -138,6 +140,7 @@ def solve_separately(
     method: OutlierMethod,
     third_party: str,
     channels: Sequence[Channel],
+    config: DistributedConfig | TwoLevelConfig,
 ) -> Sequence[Solution | None]:
     """Let each robot solve for its own poses; what has not converged is not believed."""
     return [
@@ -147,7 +150,7 @@ def solve_separately(
             group=group,
             method=method,
             third_party=third_party,
-            channel=channel,
+            by=(config, channel),
         )
         for group, channel in zip(groups, channels, strict=True)
     ]
@@ -160,7 +163,7 @@ def _agreed(
     group: Sequence[int],
     method: OutlierMethod,
     third_party: str,
-    channel: Channel,
+    by: tuple[DistributedConfig | TwoLevelConfig, Channel],
 ) -> Solution | None:
     """What the robots of one group agree on."""
     edges = replace(edges, weight=edges.weight * gate_weights(edges, None, method.gate, group))
@@ -171,8 +174,8 @@ def _agreed(
             robots=group,
             loss=method.loss,
             third_party=third_party,
-            config=DistributedConfig(threshold=_THRESHOLD_M),
-            channel=channel,
+            config=by[0],
+            channel=by[1],
         )
     except NumericalError:
         return None
@@ -193,10 +196,16 @@ BACKENDS: Mapping[str, Backend] = MappingProxyType(
             meaning="one of those that meet solves for all",
         ),
         "distributed": Backend(
-            solve=solve_separately,
+            solve=partial(solve_separately, config=DistributedConfig(threshold=_THRESHOLD_M)),
             sends=True,
             bearings=False,
             meaning="those that meet each solve for their own poses and exchange separators",
+        ),
+        "two_level": Backend(
+            solve=partial(solve_separately, config=TwoLevelConfig()),
+            sends=True,
+            bearings=False,
+            meaning="as distributed, by conjugate gradients: the same optimum as gtsam's, in fewer rounds",
         ),
     }
 )

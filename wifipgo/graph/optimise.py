@@ -25,7 +25,13 @@ from wifipgo.errors import DoubtfulError, require
 from wifipgo.files.folder_lock import held
 from wifipgo.graph.accuracy import aligned, rmse_rot, rmse_trans
 from wifipgo.graph.chordal import chordal_cost, links, matrices
-from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport
+from wifipgo.graph.distributed import (
+    Channel,
+    DistributedConfig,
+    DistributedReport,
+    TwoLevelConfig,
+    solve_two_level,
+)
 from wifipgo.graph.distributed.robust import solve_reweighted
 from wifipgo.graph.files.g2o import Reading
 from wifipgo.graph.files.graph_files import cut, read_graph
@@ -36,12 +42,14 @@ from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers.spatial import FULL_WEIGHT, solve_graph
 from wifipgo.graph.subgraphs import components
 
-Backend = Literal["gtsam", "distributed"]
+Backend = Literal["gtsam", "distributed", "two_level"]
 Robust = Literal["none", "huber", "gnc", "pcm"]
 Initial = Literal["best", "given", "chordal", "odometry", "frames"]
 ITERATIONS = 100  # of gtsam's search at most
 FEW_EDGES = 300  # a search of so many is over before somebody could stop it
-STEPS: Mapping[str, str] = MappingProxyType({"gtsam": "iterations", "distributed": "rounds"})
+STEPS: Mapping[str, str] = MappingProxyType(
+    {"gtsam": "iterations", "distributed": "rounds", "two_level": "rounds"}
+)
 
 
 class Outcome(NamedTuple):
@@ -85,7 +93,7 @@ def optimise(
         fixed: Rows of poses that are known; the first of each part without any stays besides.
         backend: One computer by gtsam, or the robots by themselves.
         robust: What guards against outliers.
-        threshold: At which movement the robots stop, see `DistributedConfig`.
+        threshold: At which movement the robots stop in two stages, see `DistributedConfig`.
         initial: Where gtsam's search starts, see `wifipgo.graph.solve_graph`; robots start chordal.
         max_iterations: Of gtsam's search.
 
@@ -111,8 +119,9 @@ def optimise(
         seconds = time.perf_counter() - begin
         outcome = Outcome(poses, weight, (report.iterations,), report.converged, 0, seconds, report.doubt)
     else:
-        poses, told, left = _by_robots(guarded, fixed, loss, threshold)
-        doubt = "" if told.converged else f"robots still moved by more than {threshold:g}"
+        config = TwoLevelConfig() if backend == "two_level" else DistributedConfig(threshold=threshold)
+        poses, told, left = _by_robots(guarded, fixed, loss, config)
+        doubt = "" if told.converged else "the robots' rounds or steps were used up before they settled"
         seconds = time.perf_counter() - begin
         settled = (told.rounds, told.converged, told.bytes_sent)
         outcome = Outcome(poses, weight * left, *settled, seconds, doubt)
@@ -120,10 +129,14 @@ def optimise(
 
 
 def _by_robots(
-    graph: PoseGraph, fixed: Int[np.ndarray, " fixed"] | None, loss: str, threshold: float
+    graph: PoseGraph,
+    fixed: Int[np.ndarray, " fixed"] | None,
+    loss: str,
+    config: DistributedConfig | TwoLevelConfig,
 ) -> tuple[Float[np.ndarray, "poses dims"], DistributedReport, Float[np.ndarray, " edges"]]:
     """Solve without a computer that knows everything; poses, report, and what the loss left."""
-    config = DistributedConfig(threshold=threshold)
+    if isinstance(config, TwoLevelConfig):
+        return solve_two_level(graph, fixed=fixed, loss=loss, config=config)
     return solve_reweighted(graph, loss=loss, fixed=fixed, config=config, channel=Channel())
 
 
@@ -213,7 +226,8 @@ def run(
     Args:
         path: A file .g2o, .jrl, .cbor (JRL) or .csv (dpgo), or a folder with one file a robot: 0.g2o, 1.g2o,
             ... or .csv; "example" for a simulated team that ships with the package.
-        backend: One computer by gtsam, or the robots by themselves (two-stage Gauss-Seidel).
+        backend: One computer by gtsam, or the robots by themselves: in two stages (chordal cost), or on two
+            levels (the cost of gtsam).
         robust: What guards against outliers, for all measurements but odometry.
         out: Folder for the results.
         threshold: Movement at which the robots stop, m and rad together.

@@ -8,6 +8,7 @@ from jaxtyping import Float
 from wifipgo.errors import pick, require
 from wifipgo.graph.distributed import Channel, DistributedConfig, DistributedReport
 from wifipgo.graph.distributed.robust import solve_reweighted
+from wifipgo.graph.distributed.two_level import TwoLevelConfig, solve_two_level
 from wifipgo.graph.edges import Edges
 from wifipgo.graph.losses import LOSSES
 from wifipgo.graph.solvers import THIRD_PARTY
@@ -21,7 +22,7 @@ def solve_by_robots(
     robots: Sequence[int],
     loss: str = "none",
     third_party: str = "fixed_told",
-    config: DistributedConfig | None = None,
+    config: DistributedConfig | TwoLevelConfig | None = None,
     channel: Channel | None = None,
 ) -> tuple[Float[np.ndarray, "robots times 3"], DistributedReport]:
     """Do what `wifipgo.graph.solve` does, without a computer that knows everything.
@@ -35,7 +36,7 @@ def solve_by_robots(
         robots: Who takes part.
         loss: A name in `wifipgo.graph.losses.LOSSES`, of all measurements but odometry.
         third_party: What an edge to a robot outside does, see `wifipgo.graph.solve`.
-        config: How to iterate.
+        config: How to iterate, and by which method: in two stages if left out.
         channel: Carries and counts the messages.
 
     Returns:
@@ -52,7 +53,10 @@ def solve_by_robots(
         poses, edges, team, told=pick(THIRD_PARTY, third_party, "third-party option")
     )
     config, channel = config or DistributedConfig(), channel or Channel()
-    rows, report, _ = solve_reweighted(graph, loss=loss, fixed=fixed, config=config, channel=channel)
+    if isinstance(config, TwoLevelConfig):
+        rows, report, _ = solve_two_level(graph, fixed=fixed, loss=loss, config=config, channel=channel)
+    else:
+        rows, report, _ = solve_reweighted(graph, loss=loss, fixed=fixed, config=config, channel=channel)
     own = graph.index >= 0
     solved = poses.copy()
     solved[graph.robot[own], graph.index[own]] = rows[own]

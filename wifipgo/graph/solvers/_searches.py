@@ -15,8 +15,8 @@ from wifipgo.graph.solvers._banded_descent import BandedOptimum, banded_optimum
 from wifipgo.graph.solvers._graduated import few_steps, graduated
 from wifipgo.graph.solvers._gtsam_search import SearchOptimum, as_values, least_squares, optimise, poses_of
 from wifipgo.graph.solvers._problem import Problem, build
-from wifipgo.graph.solvers._starts import STARTS, same
 from wifipgo.graph.solvers.keyed_problem import started
+from wifipgo.graph.solvers.starts import STARTS, same
 
 Optimum = SearchOptimum | BandedOptimum
 Poses = Float[np.ndarray, "poses 3"]

@@ -6,7 +6,7 @@ from jaxtyping import Float, Int
 from wifipgo.graph.edges import Edges, select
 from wifipgo.graph.posegraph import PoseGraph, pose_graph
 from wifipgo.graph.solvers._problem import REPORTED_SIGMA, Problem
-from wifipgo.graph.solvers._starts import STARTS
+from wifipgo.graph.solvers.starts import STARTS
 
 
 def keyed_problem(

@@ -28,8 +28,8 @@ from wifipgo.graph.solvers._elimination import (
 )
 from wifipgo.graph.solvers._graduated import truncated_squares
 from wifipgo.graph.solvers._keyed_factors import ORDER, factors_of, name_of, rows_of, values_of
-from wifipgo.graph.solvers._starts import STARTS, misfit, same
 from wifipgo.graph.solvers.report import Downweighted, Report
+from wifipgo.graph.solvers.starts import STARTS, misfit, same
 from wifipgo.threads import one_thread
 
 METHODS: Mapping[str, str] = MappingProxyType({"lm": "Levenberg-Marquardt", "gn": "Gauss-Newton"})

@@ -70,6 +70,18 @@ def misfit(graph: PoseGraph, rows: Rows) -> float:
     return total if np.isfinite(total) else np.inf
 
 
+def of_robots(graph: PoseGraph, fixed: Fixed = None, *, graduated: bool = False) -> Rows:
+    """Where robots begin that solve by themselves: poses as given, or their odometry, which fits better.
+
+    Under a loss that lets measurements go their frames are first aligned by votes, see `STARTS`.
+    """
+    try:
+        own = STARTS["frames" if graduated and graph.between_robots.any() else "odometry"].rows(graph, fixed)
+    except NumericalError:
+        return graph.poses
+    return own if misfit(graph, own) < misfit(graph, graph.poses) else graph.poses
+
+
 def same(a: float, b: float) -> bool:
     """Whether two searches that ended at these costs have found the same minimum."""
     return abs(a - b) <= SAME_OPTIMUM * (min(abs(a), abs(b)) + SAME_OPTIMUM)
