@@ -8,7 +8,8 @@ PYTHONS ?= 3.11 3.12 3.13 3.14
 ARGS ?=
 VENV := .venv
 BIN := $(VENV)/bin
-INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-input -c constraints.txt
+# Not compiled: most of what is installed is never imported, and the rest is compiled when it first is.
+INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check --no-input -c constraints.txt
 PINS := pyproject.toml constraints.txt
 
 # One thread for each process: pytest-xdist and the evaluation use the cores by processes.
