@@ -3,12 +3,14 @@
 import platform
 from importlib import metadata
 
-_PACKAGES = ("wifipgo", "numpy", "gtsam", "pymunk", "pettingzoo", "gymnasium", "stable-baselines3", "torch")
+from wifipgo.version import version
+
+_PACKAGES = ("numpy", "gtsam", "pymunk", "pettingzoo", "gymnasium", "stable-baselines3", "torch")
 
 
 def versions() -> dict[str, str]:
     """Python's and each package's, those that are not installed left out."""
-    found = {"python": platform.python_version()}
+    found = {"python": platform.python_version(), "wifipgo": version()}
     for name in _PACKAGES:
         try:
             found[name] = metadata.version(name)

@@ -20,11 +20,12 @@ from envs.rendezvous_v0 import parallel_env
 from wifipgo.errors import BadInputError, pick, require
 from wifipgo.files.text_files import read_json
 from wifipgo.scenarios import SCENARIOS, Scenario
+from wifipgo.version import version
 
 _RECORD: Mapping[str, type] = {"scenario": dict, "policies": list, "trials": int, "seed": int}
 _ENOUGH = 10  # trials from which an interval is one
 _OPTIONAL = ("reference", "sources")  # stand in a record only if there are any
-_PACKAGES = ("wifipgo", "numpy", "gtsam", "pymunk", "pettingzoo")
+_PACKAGES = ("numpy", "gtsam", "pymunk", "pettingzoo")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,8 +122,9 @@ class Plan:
 
 def versions() -> dict[str, str]:
     """Versions of what computes the results, and a digest of the project's own code."""
-    versions = {name: metadata.version(name) for name in _PACKAGES}
-    return {"python": platform.python_version(), **versions, "code_sha256": code_digest()}
+    versions = {"python": platform.python_version(), "wifipgo": version()}
+    versions |= {name: metadata.version(name) for name in _PACKAGES}
+    return {**versions, "code_sha256": code_digest()}
 
 
 @cache
