@@ -12,6 +12,7 @@ EXCEPTED = {
         "envs/_rendezvous.py:__init__": "the public arguments of an environment, each named and documented",
         "envs/render/panel.py:_write": "what a line of text looks like: place, size, colour, alignment",
         "train/_dagger.py:_collected": "what imitation is made of: teacher, learner, worlds and chance",
+        "wifipgo/graph/optimise.py:optimise": "public: a graph, and options with defaults, by keyword",
         "wifipgo/graph/optimise.py:run": "the options of the command, which tyro reads from the signature",
         "wifipgo/graph/outliers/methods.py:solve_robust": "public: those of `solve`, and the method",
         "wifipgo/graph/posegraph.py:pose_graph": "public: the columns of a graph",

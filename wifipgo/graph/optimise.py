@@ -7,11 +7,10 @@
 
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from types import MappingProxyType
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Literal, TypeVar
 
 import numpy as np
 import tyro
@@ -21,10 +20,9 @@ from wifipgo.command.command_line import exit_code, printable, say
 from wifipgo.command.docstrings import documented
 from wifipgo.command.processes import in_a_process
 from wifipgo.data import GRAPH, example_or_path
-from wifipgo.errors import DoubtfulError, require
+from wifipgo.errors import DoubtfulError, pick, require
 from wifipgo.files.folder_lock import held
-from wifipgo.graph.accuracy import aligned, rmse_rot, rmse_trans
-from wifipgo.graph.chordal import chordal_cost, links, matrices
+from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.distributed import (
     Channel,
     DistributedConfig,
@@ -32,48 +30,38 @@ from wifipgo.graph.distributed import (
     TwoLevelConfig,
     solve_two_level,
 )
+from wifipgo.graph.distributed.agreement import disagreement
 from wifipgo.graph.distributed.robust import solve_reweighted
-from wifipgo.graph.files.g2o import Reading
+from wifipgo.graph.files.bearings_csv import read_bearings
 from wifipgo.graph.files.graph_files import cut, read_graph
-from wifipgo.graph.losses import LOSSES
+from wifipgo.graph.optimise_accuracy import against_truth, incremental, truth_of
+from wifipgo.graph.optimise_figures import Gated, Outcome, check_heard, figures, seconds_each
+from wifipgo.graph.outliers.graph_directions import graph_direction_weights
+from wifipgo.graph.outliers.methods import OUTLIER_METHODS, OutlierMethod
 from wifipgo.graph.outliers.pcm import consistent_sets
 from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.residuals import chi_squares
-from wifipgo.graph.solvers.spatial import FULL_WEIGHT, solve_graph
-from wifipgo.graph.subgraphs import components
+from wifipgo.graph.solvers.spatial import solve_graph
 
+T = TypeVar("T")
 Backend = Literal["gtsam", "distributed", "two_level"]
-Robust = Literal["none", "huber", "gnc", "pcm"]
+Robust = Literal[
+    "none",
+    "huber",
+    "gnc",
+    "paper",
+    "paper+huber",
+    "paper+gnc",
+    "range_aware",
+    "range_aware+huber",
+    "range_aware+gnc",
+    "pcm",
+    "pcm+huber",
+    "pcm+gnc",
+]
 Initial = Literal["best", "given", "chordal", "odometry", "frames"]
 ITERATIONS = 100  # of gtsam's search at most
 FEW_EDGES = 300  # a search of so many is over before somebody could stop it
-STEPS: Mapping[str, str] = MappingProxyType(
-    {"gtsam": "iterations", "distributed": "rounds", "two_level": "rounds"}
-)
-
-
-class Outcome(NamedTuple):
-    """What an optimisation did. Errors are half the chi-square, as gtsam counts, costs are chordal.
-
-    Attributes:
-        poses: Optimised rows.
-        weight: What the robust method left of each measurement's information.
-        steps: Iterations of the search, or rounds of each stage.
-        converged: Whether it ended because there was nothing to gain, here or from another start.
-        bytes_sent: Between robots; none with one computer.
-        seconds: Without reading and writing.
-        doubt: What speaks against the result, in a sentence; nothing if it has converged.
-        unproven: Pairs of robots of whose measurements PCM may have kept fewer than it could.
-    """
-
-    poses: Float[np.ndarray, "poses dims"]
-    weight: Float[np.ndarray, " edges"]
-    steps: tuple[int, ...]
-    converged: bool
-    bytes_sent: int
-    seconds: float
-    doubt: str = ""
-    unproven: tuple[tuple[int, int], ...] = ()
 
 
 def optimise(
@@ -85,6 +73,7 @@ def optimise(
     threshold: float = 0.01,
     initial: Initial = "best",
     max_iterations: int = ITERATIONS,
+    bearings: Bearings | None = None,
 ) -> Outcome:
     """Optimise a graph.
 
@@ -96,36 +85,50 @@ def optimise(
         threshold: At which movement the robots stop in two stages, see `DistributedConfig`.
         initial: Where gtsam's search starts, see `wifipgo.graph.solve_graph`; robots start chordal.
         max_iterations: Of gtsam's search.
+        bearings: Directions between poses of the graph, for a gate on direction.
 
     Raises:
-        ValueError: Coordinates or information are so large that their products are no numbers.
+        ValueError: Coordinates or information are so large that their products are no numbers; a method
+            needs directions, or has none to do with.
         NumericalError: No step can be found; says at which pose.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         error = float(chi_squares(graph, graph.poses).sum())
     require(bool(np.isfinite(error)), "error of the graph as given", "finite", error)
     begin = time.perf_counter()
-    sets = consistent_sets(graph) if robust == "pcm" else None
-    weight = np.ones(len(graph.tail)) if sets is None else sets.keep.astype(np.float64)
-    loss = robust if robust in LOSSES else "none"
-    guarded = graph.with_weight(graph.weight * weight)
+    method = pick(OUTLIER_METHODS, robust, "robust")
+    gated = _gated(graph, method, bearings, robust)
+    guarded = graph.with_weight(graph.weight * gated.weight)
     if backend == "gtsam":
         poses, report = solve_graph(
-            guarded, fixed=fixed, initial=initial, robust=loss, max_iterations=max_iterations
+            guarded, fixed=fixed, initial=initial, robust=method.loss, max_iterations=max_iterations
         )
-        poses = _put_back(poses, graph, fixed)
+        poses, weight = _put_back(poses, graph, fixed), gated.weight.copy()
+        seconds = time.perf_counter() - begin
         for down in report.downweighted:
-            weight[down.rows] = down.weight
-        seconds = time.perf_counter() - begin
-        outcome = Outcome(poses, weight, (report.iterations,), report.converged, 0, seconds, report.doubt)
-    else:
-        config = TwoLevelConfig() if backend == "two_level" else DistributedConfig(threshold=threshold)
-        poses, told, left = _by_robots(guarded, fixed, loss, config)
-        doubt = "" if told.converged else "the robots' rounds or steps were used up before they settled"
-        seconds = time.perf_counter() - begin
-        settled = (told.rounds, told.converged, told.bytes_sent)
-        outcome = Outcome(poses, weight * left, *settled, seconds, doubt)
-    return outcome if sets is None else outcome._replace(unproven=sets.unproven)
+            weight[down.rows] *= down.weight
+        steps = (report.iterations,)
+        return Outcome(poses, weight, steps, report.converged, 0, seconds, report.doubt, gated)
+    config = TwoLevelConfig() if backend == "two_level" else DistributedConfig(threshold=threshold)
+    poses, told, left = _by_robots(guarded, fixed, method.loss, config)
+    doubt = "" if told.converged else "the robots' rounds or steps were used up before they settled"
+    settled = (told.rounds, told.converged, told.bytes_sent, time.perf_counter() - begin, doubt)
+    sve = disagreement(told.held) if told.held else None
+    return Outcome(poses, gated.weight * left, *settled, gated, sve, told.seconds)
+
+
+def _gated(graph: PoseGraph, method: OutlierMethod, bearings: Bearings | None, name: str) -> Gated:
+    """What the gate of a method leaves of the measurements."""
+    gate = method.gate
+    needs = "given (--bearings FILE) for a gate on direction, and for no other"
+    require((gate.by_direction is None) == (bearings is None), "bearings", needs, name)
+    if bearings is not None:
+        weight, heard = graph_direction_weights(graph, bearings, gate)
+        return Gated(weight, heard=heard)
+    if gate.by_agreement is not None:
+        sets = consistent_sets(graph)
+        return Gated(sets.keep.astype(np.float64), sets.unproven)
+    return Gated(np.ones(len(graph.tail)))
 
 
 def _by_robots(
@@ -150,49 +153,6 @@ def _put_back(
     return poses
 
 
-def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) -> dict[str, object]:
-    """What the table shows, by name; the errors are of the measurements as they were given."""
-    graph = reading.graph
-    part, edges = components(graph), links(graph)
-    kept = graph.with_weight(graph.weight * outcome.weight)
-    return {
-        "backend": backend,
-        "robust": robust,
-        "robots": len(graph.robots),
-        "poses": len(graph.poses),
-        "edges": len(graph.tail),
-        "edges between robots": int(graph.between_robots.sum()),
-        "components": int(part.max()) + 1,
-        "poses outside the largest": len(part) - int(np.bincount(part).max()),
-        "error before": 0.5 * float(chi_squares(graph, graph.poses).sum()),
-        "error after": 0.5 * float(chi_squares(graph, outcome.poses).sum()),
-        "error after, weighed": 0.5 * float(chi_squares(kept, outcome.poses).sum()),
-        "chordal cost before": chordal_cost(matrices(graph.poses), edges),
-        "chordal cost after": chordal_cost(matrices(outcome.poses), edges),
-        **_moved(outcome.poses, graph),
-        "edges weighed down": int((outcome.weight < FULL_WEIGHT).sum()),
-        STEPS[backend]: sum(outcome.steps),
-        "bytes sent": outcome.bytes_sent,
-        "converged": outcome.converged,
-        "PCM not proven largest": outcome.unproven or {},
-        "seconds": outcome.seconds,
-        "poses known by FIX": len(reading.fixed),
-        "first poses": "from the measurements, the files have none" if reading.guessed else "of the files",
-        "lines of landmarks, kept as they are": len(reading.landmarks),
-        "files of no robot": ", ".join(reading.left_out) or "none",
-        "lines skipped": reading.skipped,
-    }
-
-
-def _moved(poses: Float[np.ndarray, "poses dims"], graph: PoseGraph) -> dict[str, object]:
-    """How far poses moved from those of the graph, all of them aligned as one rigid body."""
-    fitted = aligned(poses, graph.poses)
-    return {
-        "moved in shape, RMS m": float(rmse_trans(fitted, graph.poses)[0]),
-        "moved in shape, RMS deg": float(np.rad2deg(rmse_rot(fitted, graph.poses)[0])),
-    }
-
-
 def run(
     path: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="DIR_OR_FILE")],
     *,
@@ -203,6 +163,9 @@ def run(
     initial: Initial = "best",
     max_iterations: int = ITERATIONS,
     robots: int | None = None,
+    bearings: Path | None = None,
+    reference: Path | None = None,
+    steps: int = 0,
     lenient: bool = False,
     overwrite: bool = False,
 ) -> None:
@@ -228,13 +191,18 @@ def run(
             ... or .csv; "example" for a simulated team that ships with the package.
         backend: One computer by gtsam, or the robots by themselves: in two stages (chordal cost), or on two
             levels (the cost of gtsam).
-        robust: What guards against outliers, for all measurements but odometry.
+        robust: What guards against outliers, for all measurements but odometry: a gate on directions (paper,
+            range_aware) or on agreement (pcm), a loss, or one of each.
         out: Folder for the results.
         threshold: Movement at which the robots stop, m and rad together.
         initial: Where gtsam's search starts: the file's poses, chordal ones, along the odometry, with
             robots' frames aligned by the loops that agree most, or the best.
         max_iterations: Of gtsam's search.
         robots: Cut the trajectory of a lone robot into those of so many, each as long.
+        bearings: Directions in which robots heard each other, for a gate on direction: a CSV file with the
+            columns observer, observer_pose, target, target_pose, azimuth_deg; a line more is a lower peak.
+        reference: True trajectories, see wifipgo ate: the report then has ATE and RPE. JRL brings its own.
+        steps: Report iATE too, the mean ATE at so many steps of the robots' way, each optimised.
         lenient: Skip lines, fields and measurements of unknown kinds, and list them.
         overwrite: Replace results that are in the folder.
     """
@@ -246,19 +214,20 @@ def run(
         results = Results.claim(out, overwrite=overwrite)
         reading = read_graph(path, lenient=lenient)
         reading = reading if robots is None else cut(reading, robots)
-        job = partial(
-            optimise,
-            reading.graph,
-            fixed=reading.fixed,
-            backend=backend,
-            robust=robust,
-            threshold=threshold,
-            initial=initial,
-            max_iterations=max_iterations,
-        )
-        outcome = _stoppable(job, long=backend == "gtsam" and len(reading.graph.tail) > FEW_EDGES)
-        table = figures(reading, outcome, backend=backend, robust=robust)
-        results.publish(reading, outcome.poses, outcome.weight, table, single=not path.is_dir())
+        truth = truth_of(reading, reference, steps)
+        heard = None if bearings is None else read_bearings(bearings, reading.graph)
+        job = partial(optimise, backend=backend, robust=robust, threshold=threshold)
+        job = partial(job, initial=initial, max_iterations=max_iterations, bearings=heard)
+        long = backend == "gtsam" and len(reading.graph.tail) > FEW_EDGES
+        outcome = _stoppable(partial(job, reading.graph, fixed=reading.fixed), long=long)
+        check_heard(outcome, bearings)
+        table, report = figures(reading, outcome, backend=backend, robust=robust), seconds_each(outcome)
+        if truth is not None:
+            against = against_truth(truth, reading, outcome.poses)
+            over_time = partial(incremental, truth, reading, job, steps=steps)
+            table |= against.table | (_stoppable(over_time, long=long) if steps else {})
+            report["accuracy"] = against.report
+        results.publish(reading, outcome.poses, outcome.weight, table | report, single=not path.is_dir())
         print_table(table, title=printable(path.resolve().name))
         say(f"results: {out}")
         results.draw(reading.graph, outcome.poses, outcome.weight)
@@ -266,7 +235,7 @@ def run(
         raise DoubtfulError(f"not converged, the poses are there but no optimum: {outcome.doubt}")
 
 
-def _stoppable(job: Callable[[], Outcome], *, long: bool) -> Outcome:
+def _stoppable(job: Callable[[], T], *, long: bool) -> T:
     """Do the job so that Ctrl-C ends it at once: gtsam's loops, once in them, do not hear it."""
     return in_a_process(job) if long else job()
 

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
@@ -54,14 +55,35 @@ class Knowledge(NamedTuple):
     before: frozenset[int]
 
 
+class _Problem(NamedTuple):
+    """What a stage is about: its name, and its normal equations."""
+
+    stage: str
+    normal: Callable[[Links], Normal]
+
+
+@dataclass(slots=True)
+class Record:
+    """What is reported of a robot, which itself does without.
+
+    Attributes:
+        told_rotations: Rotations of its separators, as the last stage began with them.
+        others: Its separators, as it knew them at the end of the last stage.
+        seconds: That it has computed.
+    """
+
+    told_rotations: Float[np.ndarray, "separators d d"]
+    others: Poses
+    seconds: float = 0.0
+
+
 class Robot:
     """Solves its block with the latest values of its neighbours' separators held.
 
     Attributes:
         knowledge: What it was given.
         estimate: Its poses after the last stage.
-        others: Its separators, as it knew them at the end of the last stage.
-        seconds: That it has computed.
+        record: What is reported of it.
         x: Unknowns of this stage, one block a pose.
         moved: How far they went in the last solve (Frobenius norm).
         oldest: Stamp of the oldest value that the last solve used, or `UNKNOWN`.
@@ -71,7 +93,8 @@ class Robot:
     def __init__(self, knowledge: Knowledge) -> None:
         """Take what the robot knows; it has heard nobody."""
         self.knowledge, self.estimate = knowledge, knowledge.start
-        self.others, self.seconds = Poses(knowledge.start.R[:0], knowledge.start.t_m[:0]), 0.0
+        none = Poses(knowledge.start.R[:0], knowledge.start.t_m[:0])
+        self.record = Record(none.R, none)
         self._begin("", np.zeros((len(knowledge.start.R), 1, 1)), rotation_normal)
 
     @property
@@ -100,17 +123,17 @@ class Robot:
         x = np.zeros((n, len(GENERATORS[d]) + d, 1))
         rows = slice(None) if warm else self.knowledge.fixed
         x[rows, -d:, 0] = self.estimate.t_m[rows]
-        self._told_R = self._told
+        self.record.told_rotations = self._told
         self._begin(stage, x, partial(pose_normal, R=R))
 
     def end_poses(self) -> None:
         """Turn by what was found."""
         self.estimate = moved(self.estimate.R, self.x[..., 0])
-        self.others = moved(self._told_R, self._told[..., 0])
+        self.record.others = moved(self.record.told_rotations, self._told[..., 0])
 
     def _begin(self, stage: str, x: Float[np.ndarray, "n k c"], normal: Callable[[Links], Normal]) -> None:
         """Begin a stage at ``x``, having heard nobody; messages of other stages are not listened to."""
-        self._stage, self._normal, self.x = stage, normal, x
+        self._problem, self.x = _Problem(stage, normal), x
         self._told = np.zeros((len(self.knowledge.separator_of), *x.shape[1:]))
         self.stamp = dict.fromkeys(self.knowledge.told_to, UNKNOWN)
         self.moved, self.oldest = np.inf, UNKNOWN
@@ -120,7 +143,7 @@ class Robot:
         """Take what neighbours told, unless something newer is known."""
         for message in messages:
             known = self.stamp.get(message.sender, UNKNOWN)
-            if message.stage == self._stage and message.stamp > known:
+            if message.stage == self._problem.stage and message.stamp > known:
                 self.stamp[message.sender] = message.stamp
                 self._told[self.knowledge.separator_of == message.sender] = message.values
                 if known == UNKNOWN:
@@ -128,7 +151,7 @@ class Robot:
 
     def message(self, receiver: int, stamp: int) -> Message:
         """What a neighbour wants to know."""
-        return Message(self.number, self._stage, stamp, self.x[self.knowledge.told_to[receiver]])
+        return Message(self.number, self._problem.stage, stamp, self.x[self.knowledge.told_to[receiver]])
 
     def solve(self, relaxation: float, stamp: int) -> None:
         """Minimise over its own unknowns, and go ``relaxation`` times as far.
@@ -141,7 +164,7 @@ class Robot:
         begin = time.thread_time()
         if self._block is None:
             heard = [self.stamp[robot] != UNKNOWN for robot in self.knowledge.separator_of.tolist()]
-            self._block = _block(self.knowledge, self._normal, self.x, np.array(heard, dtype=bool))
+            self._block = _block(self.knowledge, self._problem.normal, self.x, np.array(heard, dtype=bool))
         before = self.knowledge.before
         late = any(known < stamp - (robot not in before) for robot, known in self.stamp.items())
         factor = min(relaxation, 1.0) if late else relaxation
@@ -150,7 +173,7 @@ class Robot:
         self.moved = float(np.linalg.norm(step)) if np.isfinite(step).all() else np.inf
         self.x = self.x + step if np.isfinite(self.moved) else self.x
         self.oldest = min(self.stamp.values(), default=LATEST)
-        self.seconds += time.thread_time() - begin
+        self.record.seconds += time.thread_time() - begin
 
 
 class _Block(NamedTuple):

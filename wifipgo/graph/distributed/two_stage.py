@@ -94,8 +94,8 @@ def solve_distributed(
         n_messages=channel.n_sent,
         n_lost=channel.n_lost,
         order=tuple(robot.number for robot in robots),
-        seconds={robot.number: robot.seconds for robot in by_number},
-        held=tuple(Knows(robot.knowledge, robot.estimate, robot.others) for robot in by_number),
+        seconds={robot.number: robot.record.seconds for robot in by_number},
+        held=tuple(Knows(robot.knowledge, robot.estimate, robot.record.others) for robot in by_number),
     )
     return pose_rows(found), report
 
