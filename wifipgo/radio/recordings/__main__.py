@@ -18,8 +18,12 @@ import tyro
 
 from wifipgo.command.command_line import exit_code, say
 from wifipgo.command.docstrings import documented
+from wifipgo.command.terminal import Terminal
 from wifipgo.data import CSI, example_or_path
 from wifipgo.radio.aoa.moving_aperture import Bearing
+from wifipgo.radio.recordings.bearing_files import write_bearings
+from wifipgo.radio.recordings.intel5300 import read_csi_log
+from wifipgo.radio.recordings.lone_log import is_log, packet_rows, packet_table, write_packets
 from wifipgo.radio.recordings.recorded_link import Link, bearing
 from wifipgo.radio.recordings.report import print_report
 from wifipgo.radio.recordings.wsr_dataset import read_links
@@ -28,6 +32,7 @@ from wifipgo.radio.recordings.wsr_dataset import read_links
 def report(
     path: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="PATH")],
     out: Path = Path("results/recordings"),
+    channel: int | None = None,
 ) -> None:
     """Find transmitters in real Wi-Fi recordings and compare with motion capture.
 
@@ -38,27 +43,46 @@ def report(
     the least confident 10 % of the links), where there are some, the packets left out as antenna A
     did not hear them at both ends, and, where the recording carries them, the
     answer and error of the WSR toolbox. Then medians and means per set, with and without
-    the links marked "out", and a picture with one polar profile a link.
+    the links marked "out", the bearings as CSV and JSON, and a picture with one polar profile a link.
+    Without a survey of the transmitters there are no truth and no errors.
 
     Example: wifipgo recordings example
 
     Example: wifipgo recordings data/wsr/raw_LOS_A_L1 --out results/los
 
     A pack, ``data/wsr/wsr_slim_dev.npz``, and a folder of packs or runs, ``data/wsr``, are read too.
-    A log alone, csi.dat, is told what it holds. Exit code 2 and one line on stderr if a recording cannot be
+    Of a log alone, csi.dat, of either layout, it prints what it holds, and writes a line a packet as CSV: a
+    bearing needs the motion, too. Exit code 2 and one line on stderr if a recording cannot be
     read.
 
     Args:
-        path: A raw run (folder with csi_rx_*.dat), a packed .npz, or a folder of packs or runs; "example" for
-            simulated links that ship with the package.
-        out: Folder for the picture, made if it is not there.
+        path: A raw run (folder with csi_rx_*.dat), a packed .npz, a log .dat, or a folder of packs or runs;
+            "example" for simulated links that ship with the package.
+        out: Folder for the results, made if it is not there.
+        channel: Wi-Fi channel at 5 GHz of a run that has no survey.
     """
     path = example_or_path(path, CSI)
-    links = read_links(path)
+    if is_log(path):
+        _report_log(path, out)
+        return
+    links = read_links(path, channel=channel)
     out.mkdir(parents=True, exist_ok=True)
     bearings = [bearing(link) for link in links]
     print_report(links, bearings, title=path.resolve().name)
+    for file in write_bearings(links, bearings, out / path.resolve().stem):
+        say(f"bearings: {file}")
     _draw(links, bearings, out / f"{path.resolve().stem}.png", title=path.resolve().stem)
+
+
+def _report_log(path: Path, out: Path) -> None:
+    """Print what a log holds, and write its packets."""
+    log = read_csi_log(path)
+    rows = packet_rows(log)
+    out.mkdir(parents=True, exist_ok=True)
+    file = out / f"{path.stem}.csv"
+    write_packets(rows, file)
+    Terminal().print(packet_table(log, rows, title=path.name))
+    say(f"packets: {file}")
 
 
 def _draw(links: list[Link], bearings: list[Bearing], picture: Path, *, title: str) -> None:

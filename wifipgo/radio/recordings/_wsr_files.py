@@ -103,7 +103,9 @@ def number(table: Any, key: str, path: Path, *, low: float, high: float) -> floa
 
 
 def surveyed_m(targets: Any, name: str, truth: Path) -> Float[np.ndarray, "3"]:
-    """Place of a transmitter, map frame, m."""
+    """Place of a transmitter, map frame, m; nan if the survey does not name it."""
+    if isinstance(targets, dict) and name not in targets:
+        return np.full(3, np.nan)
     spot = entry(entry(targets, name, truth), "position", truth)
     told = {f"{name}.{axis}": entry(spot, axis, truth) for axis in "xyz"}
     return np.array([number(told, key, truth, low=-FARTHEST_M, high=FARTHEST_M) for key in told])

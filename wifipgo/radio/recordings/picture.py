@@ -56,9 +56,9 @@ def _draw_link(axes: Axes, link: Link, found: Bearing, *, out: bool) -> None:
     azimuth_rad = np.append(azimuth_grid(len(found.profile)), np.pi)
     seen = found.peaks.height[0] > 0.0
     others_rad, heights = found.peaks.azimuth_rad[0, seen][1:], found.peaks.height[0, seen][1:]
-    axes.plot(
-        [link.truth_rad] * 2, [0.0, 1.3], color=TRUTH, linewidth=2.2, label="truth (from the mean position)"
-    )
+    if link.surveyed:
+        label = "truth (from the mean position)"
+        axes.plot([link.truth_rad] * 2, [0.0, 1.3], color=TRUTH, linewidth=2.2, label=label)
     axes.fill(azimuth_rad, share, color=ours, alpha=0.18, linewidth=0)
     axes.plot(azimuth_rad, share, color=ours, linewidth=0.9, label=f"{what}, share of its peak")
     fill = "white" if out else ours
@@ -69,10 +69,12 @@ def _draw_link(axes: Axes, link: Link, found: Bearing, *, out: bool) -> None:
         axes.plot(link.toolbox_rad[0], 1.18, "x", color=TOOLBOX, ms=6, mew=1.8, label="toolbox's answer")
     axes.set_ylim(0.0, 1.3)
     axes.set_yticks([0.5, 1.0], labels=["0.5", "1"], color=GREY, fontsize=7)
-    axes.set(rlabel_position=np.rad2deg(link.truth_rad) + 180.0)  # where the profile is low
+    toward_rad = link.truth_rad if link.surveyed else found.azimuth_rad
+    axes.set(rlabel_position=np.rad2deg(toward_rad) + 180.0)  # where the profile is low
     axes.set_xticks(np.deg2rad([0, 90, 180, 270]), labels=["0°", "90°", "180°", "-90°"], color=GREY)
     axes.tick_params(pad=-3)
     axes.grid(color=GRID)
-    place = f"place {link.place}, {link.transmitter}: {error_deg(found.azimuth_rad, link):+.1f}°"
+    told = f"{error_deg(found.azimuth_rad, link):+.1f}°" if link.surveyed else "not surveyed"
+    place = f"place {link.place}, {link.transmitter}: {told}"
     place += " (rejected)" * out
     axes.set_title(f"{link.set_name}\n{place}")

@@ -1,5 +1,6 @@
 """One link of a recording: what both ends measured while the receiver moved, and where the other end is."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,9 +23,14 @@ class Link:
     reverse: Complex[np.ndarray, "packets subcarriers"]  # at the transmitter, antenna A
     displacement_m: Float[np.ndarray, "packets 3"]  # of the receiver since its first move, map frame
     wavelength_m: float
-    truth_rad: float  # azimuth in the map frame, from the mean aperture position
+    truth_rad: float  # azimuth in the map frame, from the mean aperture position; nan without a survey
     toolbox_rad: tuple[float, ...] = ()  # the toolbox's released peaks, its top one first
     n_left_out: int = 0  # packets during the motion that antenna A did not hear at both ends
+
+    @property
+    def surveyed(self) -> bool:
+        """Whether it is known where the transmitter is."""
+        return not math.isnan(self.truth_rad)
 
 
 def bearing(link: Link, cfg: ApertureConfig | None = None) -> Bearing:

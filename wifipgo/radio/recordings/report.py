@@ -25,7 +25,9 @@ def error_deg(azimuth_rad: float, link: Link) -> float:
 
 
 def closest_rad(link: Link, found: Bearing) -> float:
-    """The peak nearest to the truth, rad: what an oracle would choose."""
+    """The peak nearest to the truth, rad: what an oracle would choose; nan where the truth is not known."""
+    if not link.surveyed:
+        return math.nan
     return float(closest_peak(found.peaks, np.array([link.truth_rad]))[0])
 
 
@@ -40,7 +42,8 @@ def print_report(links: Sequence[Link], bearings: Sequence[Bearing], *, title: s
     if not console.is_terminal:
         console.width = WIDTH_CHARACTERS
     console.print(link_table(links, bearings, title=title))
-    console.print(summary_table(links, bearings))
+    if any(link.surveyed for link in links):
+        console.print(summary_table(links, bearings))
 
 
 def link_table(links: Sequence[Link], bearings: Sequence[Bearing], *, title: str) -> Table:
@@ -70,9 +73,9 @@ def _cells(link: Link, found: Bearing, *, out: bool) -> list[str]:
     """Texts of one line of the link table."""
     angles = np.rad2deg([found.azimuth_rad, closest_rad(link, found), link.truth_rad])
     cells = [link.set_name, link.place, link.transmitter, str(len(link.forward))]
-    cells += [f"{angle:.1f}" for angle in angles]
+    cells += ["-" if np.isnan(angle) else f"{angle:.1f}" for angle in angles]
     confidence = float(confidences(np.array([found.expected_error_rad]))[0])
-    cells += [f"{error_deg(found.azimuth_rad, link):+.1f}", f"{found.height:.2f}"]
+    cells += [_error(found.azimuth_rad, link), f"{found.height:.2f}"]
     return [*cells, f"{'out ' * out}{confidence:.2f}"]
 
 
@@ -80,15 +83,26 @@ def _toolbox_cells(link: Link) -> list[str]:
     """What the toolbox answered, and its error; nothing where it did not."""
     if not link.toolbox_rad:
         return ["", ""]
-    return [f"{np.rad2deg(link.toolbox_rad[0]):.1f}", f"{error_deg(link.toolbox_rad[0], link):+.1f}"]
+    return [f"{np.rad2deg(link.toolbox_rad[0]):.1f}", _error(link.toolbox_rad[0], link)]
+
+
+def _error(azimuth_rad: float, link: Link) -> str:
+    """Its error in degrees; a dash where the truth is not known."""
+    return f"{error_deg(azimuth_rad, link):+.1f}" if link.surveyed else "-"
 
 
 def summary_table(links: Sequence[Link], bearings: Sequence[Bearing]) -> Table:
-    """Median and mean |error| per set: top peak, of confident links, closest peak, the toolbox's top peak."""
+    """Median and mean |error| per set: top peak, of confident links, closest peak, the toolbox's top peak.
+
+    Links whose truth is not known do not count.
+    """
+    known = [k for k, link in enumerate(links) if link.surveyed]
+    out = rejected(bearings)[known]
+    links, bearings = [links[k] for k in known], [bearings[k] for k in known]
     top = np.array([error_deg(found.azimuth_rad, link) for link, found in zip(links, bearings, strict=True)])
     errors = {
         "top peak": top,
-        "confident": np.where(rejected(bearings), np.inf, top),
+        "confident": np.where(out, np.inf, top),
         "closest peak": [
             error_deg(closest_rad(link, b), link) for link, b in zip(links, bearings, strict=True)
         ],

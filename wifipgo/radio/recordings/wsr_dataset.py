@@ -18,9 +18,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from wifipgo.errors import BadInputError, RecordingError, pick
+from wifipgo.errors import BadInputError, RecordingError, pick, require
 from wifipgo.files.text_files import read_json
 from wifipgo.radio.recordings._wsr_files import (
+    CHANNELS_5_GHZ,
     Motion,
     channel_of,
     entry,
@@ -46,20 +47,24 @@ MACS_FILE = (
 )
 
 
-def read_links(path: Path) -> list[Link]:
+def read_links(path: Path, *, channel: int | None = None) -> list[Link]:
     """Links of a raw run, of a pack, or of all packs (without any: all runs) in a folder.
+
+    Args:
+        path: File or folder.
+        channel: Wi-Fi channel of runs without a survey, which would name it.
 
     Raises:
         OSError: If a file is missing.
         ValueError: If a file is not what it should be; `RecordingError` says at which byte.
     """
-    links = [link for part in _parts(path) for link in part]
+    links = [link for part in _parts(path, channel) for link in part]
     if not links:
         raise BadInputError(f"{path}: no links in it")
     return links
 
 
-def _parts(path: Path) -> Iterator[list[Link]]:
+def _parts(path: Path, channel: int | None) -> Iterator[list[Link]]:
     """Links of each pack or run that a path stands for."""
     if path.is_file():
         yield read_pack(path)
@@ -73,15 +78,31 @@ def _parts(path: Path) -> Iterator[list[Link]]:
         missing = "no csi_rx_*.dat log and no .npz pack in this folder"
         raise FileNotFoundError(errno.ENOENT, missing, str(path))
     yield from map(read_pack, packs)
-    yield from map(read_run, runs)
+    yield from (read_run(run, channel=channel) for run in runs)
 
 
-def read_run(folder: Path) -> list[Link]:
-    """Links of the runs in a raw folder, one for each ``csi_tx*`` log."""
-    truth = first_file(folder, TRUTH_FILE)
-    about = read_json(truth)
+def read_run(folder: Path, *, channel: int | None = None) -> list[Link]:
+    """Links of the runs in a raw folder, one for each ``csi_tx*`` log.
+
+    Without a survey, or of a transmitter that it does not name, the truth is not known: nan.
+
+    Args:
+        folder: The run.
+        channel: Wi-Fi channel where there is no survey.
+    """
+    about = _survey(folder / TRUTH_FILE, channel)
     stamps = [log.stem.removeprefix("csi_rx_") for log in sorted(folder.glob("csi_rx_*.dat"))]
     return [link for stamp in stamps for link in _run_links(folder, stamp, about)]
+
+
+def _survey(path: Path, channel: int | None) -> Any:
+    """What is known of a run beside its logs; where nothing is written, its channel has to be given."""
+    if path.is_file():
+        return read_json(path)
+    low, high = CHANNELS_5_GHZ
+    rule = f"given (--channel, {low:g}..{high:g}) where there is no {path}"
+    require(channel is not None and low <= channel <= high, "channel", rule, channel)
+    return {"channel": {"value": channel}, "true_rx_position": {"value": "?"}}
 
 
 def pair(
@@ -110,9 +131,8 @@ def _run_links(folder: Path, stamp: str, about: Any) -> Iterator[Link]:
     received_path = first_file(folder, f"csi_rx_{stamp}.dat")
     received = _host_stamped(received_path)
     channel = channel_of(about, truth)
-    place, targets = (
-        entry(entry(about, name, truth), "value", truth) for name in ("true_rx_position", "true_tx_positions")
-    )
+    place = entry(entry(about, "true_rx_position", truth), "value", truth)
+    targets = entry(about.get("true_tx_positions", {"value": {}}), "value", truth)
     macs = _macs(folder)
     for path in some_files(folder, f"csi_tx*_{stamp}.dat"):
         name = path.stem.removeprefix("csi_").removesuffix(f"_{stamp}")
