@@ -5,6 +5,7 @@ import pytest
 from support.graphs import random_graph
 
 from wifipgo.graph.distributed import Channel, TwoLevelConfig, solve_two_level
+from wifipgo.graph.distributed.asynchronous import AsynchronousConfig, solve_asynchronously
 from wifipgo.graph.residuals import chi_squares, tangent_errors
 from wifipgo.graph.solvers.linear_blocks import linear_blocks, stepped
 from wifipgo.graph.solvers.spatial import solve_graph
@@ -76,3 +77,29 @@ def test_robots_that_hear_nothing_say_so() -> None:
 def test_options_that_cannot_be(wrong: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=f"TwoLevelConfig.{next(iter(wrong))}"):
         TwoLevelConfig(**wrong)  # type: ignore[arg-type]
+
+
+def test_airtime_follows_the_rates_of_links() -> None:
+    """Half the rate, twice the time of what is sent; a packet has a time of its own."""
+    _, graph = random_graph(2, dims=3, start_noise=0.1)
+    fast, slow = (Channel(rate_mbit_s=lambda sender, receiver, r=r: r) for r in (13.0, 6.5))
+    for channel in (fast, slow):
+        solve_two_level(graph, channel=channel)
+    packets_s = 1e-4 * fast.n_sent
+    assert fast.airtime_s == pytest.approx(packets_s + 8e-6 * fast.bytes_sent / 13.0)
+    assert slow.airtime_s - packets_s == pytest.approx(2.0 * (fast.airtime_s - packets_s))
+
+
+def test_robots_that_do_not_wait_do_not_need_to() -> None:
+    """Quick links, links slower than a step, and none: late values cost accuracy in a given time."""
+    _, graph = random_graph(2, dims=3, start_noise=0.1)
+    expected, _ = solve_graph(graph)
+    config, cost = AsynchronousConfig(period_s=0.1, horizon_s=1.5), []
+    for mbit_s in (6.5, 2e-3, 0.0):
+        rows, report = solve_asynchronously(
+            graph, graph.poses, rate_mbit_s=lambda a, b, r=mbit_s: r, config=config
+        )
+        cost.append(float(chi_squares(graph, rows).sum()))
+        assert 30 <= report.steps <= 45
+    assert float(chi_squares(graph, expected).sum()) < cost[0] < cost[1] < cost[2]
+    assert cost[2] < float(chi_squares(graph, graph.poses).sum())

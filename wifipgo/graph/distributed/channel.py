@@ -1,11 +1,14 @@
 """What robots send each other, counted: bytes, messages, losses, delays."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
 from wifipgo.errors import require
+
+PACKET_S = 1e-4  # preamble, pauses and acknowledgement of a packet of 802.11n
 
 
 class Message(NamedTuple):
@@ -34,6 +37,7 @@ class Channel:
         bytes_sent: Of the values in all messages, those lost and those sent again among them.
         n_sent: Messages sent.
         n_lost: Messages that did not arrive.
+        airtime_s: That messages took, one after another, where rates of links are known.
         delay_rounds: Rounds that a message takes.
     """
 
@@ -44,6 +48,7 @@ class Channel:
         attempts: int = 3,
         delay_rounds: int = 0,
         rng: np.random.Generator | None = None,
+        rate_mbit_s: Callable[[int, int], float] | None = None,
     ) -> None:
         """Open the channel.
 
@@ -52,12 +57,14 @@ class Channel:
             attempts: How often a message is sent until it arrives.
             delay_rounds: Rounds that a message takes; 0 arrives at once.
             rng: Chance of losses; needed if there are any.
+            rate_mbit_s: Of the link from one robot to another, > 0: what a message costs in time.
         """
         require(0.0 <= loss <= 1.0, "loss", "in [0, 1]", loss)
         require(attempts >= 1, "attempts", ">= 1", attempts)
         require(delay_rounds >= 0, "delay_rounds", ">= 0", delay_rounds)
         require(loss == 0.0 or rng is not None, "rng", "given where messages may be lost", rng)
         self._loss, self._attempts, self._rng, self.delay_rounds = loss, attempts, rng, delay_rounds
+        self._rate_mbit_s, self.airtime_s = rate_mbit_s, 0.0
         self._waiting: dict[int, list[tuple[int, Message]]] = {}
         self.bytes_sent = self.n_sent = self.n_lost = self.now = 0
 
@@ -66,6 +73,9 @@ class Channel:
         for _ in range(self._attempts):
             self.bytes_sent += message.values.nbytes
             self.n_sent += 1
+            if self._rate_mbit_s is not None:
+                mbit_s = self._rate_mbit_s(message.sender, receiver)
+                self.airtime_s += PACKET_S + 8e-6 * message.values.nbytes / mbit_s
             if self._rng is None or self._rng.random() >= self._loss:
                 self._waiting.setdefault(receiver, []).append((self.now + self.delay_rounds, message))
                 return True
