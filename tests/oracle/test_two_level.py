@@ -1,5 +1,7 @@
 """Robots that solve on two levels find the optimum of one computer, and send separators only."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from support.graphs import random_graph
@@ -9,6 +11,13 @@ from wifipgo.graph.distributed.asynchronous import AsynchronousConfig, solve_asy
 from wifipgo.graph.residuals import chi_squares, tangent_errors
 from wifipgo.graph.solvers.linear_blocks import linear_blocks, stepped
 from wifipgo.graph.solvers.spatial import solve_graph
+
+
+def link(sender: int, receiver: int, *, mbit_s: float) -> float:
+    """The same rate from everybody to everybody."""
+    assert sender != receiver
+    return mbit_s
+
 
 EXACT = TwoLevelConfig(least_fall=1e-9, accuracy=1e-3)
 
@@ -82,7 +91,7 @@ def test_options_that_cannot_be(wrong: dict[str, float]) -> None:
 def test_airtime_follows_the_rates_of_links() -> None:
     """Half the rate, twice the time of what is sent; a packet has a time of its own."""
     _, graph = random_graph(2, dims=3, start_noise=0.1)
-    fast, slow = (Channel(rate_mbit_s=lambda sender, receiver, r=r: r) for r in (13.0, 6.5))
+    fast, slow = (Channel(rate_mbit_s=partial(link, mbit_s=r)) for r in (13.0, 6.5))
     for channel in (fast, slow):
         solve_two_level(graph, channel=channel)
     packets_s = 1e-4 * fast.n_sent
@@ -97,7 +106,7 @@ def test_robots_that_do_not_wait_do_not_need_to() -> None:
     config, cost = AsynchronousConfig(period_s=0.1, horizon_s=1.5), []
     for mbit_s in (6.5, 2e-3, 0.0):
         rows, report = solve_asynchronously(
-            graph, graph.poses, rate_mbit_s=lambda a, b, r=mbit_s: r, config=config
+            graph, graph.poses, rate_mbit_s=partial(link, mbit_s=mbit_s), config=config
         )
         cost.append(float(chi_squares(graph, rows).sum()))
         assert 30 <= report.steps <= 45
