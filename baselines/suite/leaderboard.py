@@ -20,6 +20,7 @@ from wifipgo.files.atomic_files import write_text
 from wifipgo.files.text_files import read_text
 
 SCORES, PAGE, PICTURE = "leaderboard.json", "leaderboard.md", "pictures/leaderboard.png"
+_PICTURE = f"![Scores by scenario, interquartile means, probabilities of improvement]({PICTURE})"
 BEGIN, END = "<!-- made by python -m baselines.suite.leaderboard -->", "<!-- end -->"
 
 
@@ -70,7 +71,7 @@ def with_table(page: str, results: Results) -> str:
     require(bool(end), PAGE, f"with {BEGIN} and {END}", "a page without")
     reference = reference_of(list(results.entries))
     standings = standings_of(results, reference)
-    parts = (title(results, reference), markdown_table(standings), _policies(standings, results))
+    parts = (title(results, reference), markdown_table(standings), _PICTURE, _policies(standings, results))
     return "\n\n".join([before + BEGIN, *parts, end + after])
 
 

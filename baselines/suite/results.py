@@ -102,8 +102,11 @@ def read_results(path: Path) -> Results:
     name = str(said.get("suite"))
     pick(SUITES, name, f"suite of {where}:")
     refuse_other_version(said, name, where)
-    for field in ("first", "worlds"):
-        require(type(said.get(field)) is int, f"{where}: {field}", "an int", said.get(field))
+    most = SUITES[name].worlds
+    for field, least in (("first", 0), ("worlds", 1)):
+        number = said.get(field)
+        fits = type(number) is int and least <= number <= most
+        require(fits, f"{where}: {field}", f"an int in {least}..{most}", number)
     entries = said.get("entries")
     require(isinstance(entries, dict) and len(entries) > 0, f"{where}: entries", "one or more", entries)
     assert isinstance(entries, dict)
@@ -115,6 +118,8 @@ def _entry(said: Any, suite: str, worlds: int, where: str) -> Entry:
     """One policy of a file."""
     whole = isinstance(said, dict) and {*_NOTES, "scores"} <= said.keys() and isinstance(said["scores"], dict)
     require(whole, where, f"a table with {', '.join(_NOTES)} and scores", said)
+    for name, kind in zip(_NOTES, (str, str, dict), strict=True):
+        require(isinstance(said[name], kind), f"{where}: {name}", f"a {kind.__name__}", said[name])
     for name, scores in said["scores"].items():
         pick(SUITES[suite].parts, name, f"scenario of {where}:")
         numbers = isinstance(scores, list) and all(type(x) in (int, float) and 0 <= x <= 1 for x in scores)

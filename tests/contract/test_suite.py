@@ -159,6 +159,11 @@ def test_a_policy_that_cannot_play_is_refused(
         ({"digest": "0" * 16}, "must be of the same version of the suite, got digest"),
         ({"worlds": 11}, "must be 11 scores, one a world, got 12"),
         ({"entries": {}}, "entries must be one or more"),
+        (
+            {"entries": {"mine": {"scores": {}}}},
+            "mine must be a table with policy, source, versions",
+        ),
+        ({"first": -1}, "first must be an int in 0..12, got -1"),
     ],
 )
 def test_files_that_do_not_fit_are_refused(
