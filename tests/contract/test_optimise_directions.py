@@ -2,6 +2,7 @@
 
 import json
 import math
+import pickle
 from pathlib import Path
 from typing import get_args
 
@@ -13,7 +14,7 @@ from wifipgo.graph.files.bearings_csv import read_bearings
 from wifipgo.graph.files.g2o import write_g2o
 from wifipgo.graph.files.jrl_writing import write_jrl
 from wifipgo.graph.files.tum_kitti import write_tum
-from wifipgo.graph.optimise import Robust, main, optimise, run
+from wifipgo.graph.optimise import Backend, Robust, main, optimise, run
 from wifipgo.graph.outliers.methods import OUTLIER_METHODS
 from wifipgo.graph.posegraph import PoseGraph, pose_graph
 
@@ -82,6 +83,13 @@ def test_a_weight_is_that_of_the_paper(tmp_path: Path) -> None:
     expected = min(1.0, math.exp(-0.5 * (10.0 / 2.96) ** 2) / sigma)
     met = graph.between_robots & (graph.index[graph.tail] == 0)
     np.testing.assert_allclose(outcome.weight[met], expected)
+
+
+def test_an_outcome_goes_from_process_to_process() -> None:
+    _, graph = side_by_side(3)
+    for backend in get_args(Backend):
+        again = pickle.loads(pickle.dumps(optimise(graph, backend=backend)))
+        np.testing.assert_array_equal(again.weight, 1.0)
 
 
 def test_every_method_without_bearing_factors_is_offered() -> None:

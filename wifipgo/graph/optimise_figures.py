@@ -21,6 +21,8 @@ STEPS: Mapping[str, str] = MappingProxyType(
     {"gtsam": "iterations", "distributed": "rounds", "two_level": "rounds"}
 )
 
+_NOBODY: Mapping[int, float] = {}  # a plain table, which can go from process to process
+
 
 class Gated(NamedTuple):
     """What a gate left of each measurement before the search, and what it says of itself.
@@ -62,7 +64,7 @@ class Outcome(NamedTuple):
     doubt: str
     gated: Gated
     sve: tuple[float, float] | None = (0.0, 0.0)
-    seconds_each: Mapping[int, float] = MappingProxyType({})
+    seconds_each: Mapping[int, float] = _NOBODY
 
 
 def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) -> dict[str, object]:

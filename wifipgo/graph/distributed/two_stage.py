@@ -7,7 +7,6 @@ neighbours' latest separators held (Gauss-Seidel), or all at once with those of 
 """
 
 from collections.abc import Iterator, Mapping
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +21,8 @@ from wifipgo.graph.distributed.rounds import DistributedConfig, Stage, run_stage
 from wifipgo.graph.distributed.team import make_robots
 from wifipgo.graph.posegraph import PoseGraph, normalised
 from wifipgo.threads import one_thread
+
+_NOBODY: Mapping[int, float] = {}  # a plain table, which can go from process to process
 
 
 class DistributedReport(NamedTuple):
@@ -48,7 +49,7 @@ class DistributedReport(NamedTuple):
     n_messages: int
     n_lost: int
     order: tuple[int, ...]
-    seconds: Mapping[int, float] = MappingProxyType({})
+    seconds: Mapping[int, float] = _NOBODY
     held: tuple[Knows, ...] = ()
 
 
