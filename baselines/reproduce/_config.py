@@ -34,6 +34,8 @@ class ReproduceConfig:
     (changed_claims.md and .json in OUT): no figure is drawn, and only episodes that the change touches are
     played. With --resume they go into the folder of an earlier run and take its episodes for the default.
 
+    real tries the paper's ideas on a recorded team, whose data docs/datasets.md describes.
+
     Example: wifipgo reproduce fig7 fig8 --trials 20 --roots 1 --out results/two_robots
 
     Example: wifipgo reproduce fig7 fig8 --sweep err_threshold=5,10,20 --trials 20 --roots 1
@@ -41,7 +43,7 @@ class ReproduceConfig:
     Example: wifipgo reproduce sensitivity --trials 30 --roots 4 --out results/sensitivity
 
     Attributes:
-        figures: all (of the paper's), or any of fig2 fig5 fig7 fig8 fig9 fig10 fig10_literal
+        figures: all (of the paper's), or any of fig2 fig5 fig7 fig8 fig9 fig10 fig10_literal real
             sensitivity fig_radio.
         trials: Worlds of each root, each met by everything that is compared. Left out: 60 with two robots,
             10 with fifty.
@@ -57,6 +59,7 @@ class ReproduceConfig:
         out: Folder of the results.
         resume: Go on with the run that is there; its trials, seed and versions must be the same.
         overwrite: Remove the run that is there first.
+        data: Folder of a run of MRCLAM, or of data sets with one in mrclam6; left out: $WIFIPGO_DATA.
         docs: Also write claims.md, claims.json and the pictures into this folder; with --set or --sweep,
             changed_claims.md and .json beside them.
     """
@@ -74,6 +77,7 @@ class ReproduceConfig:
     out: Path = Path("results/reproduce")
     resume: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     overwrite: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    data: Path | None = None
     docs: Path | None = None
 
     def check(self) -> None:
@@ -82,6 +86,8 @@ class ReproduceConfig:
         require(1 <= self.roots <= 10_000, "roots", "in 1..10000", self.roots)
         require(self.seed >= 0, "seed", ">= 0", self.seed)
         both = self.resume and self.overwrite
+        there = self.data is None or self.data.is_dir()
+        require(there, "--data", "a folder", str(self.data))
         require(not both, "--resume and --overwrite", "one of them at most", "both")
 
     @property
@@ -96,11 +102,12 @@ class ReproduceConfig:
         roots = ["--roots", str(self.roots), "--seed", str(self.seed)]
         changes = ["--set", *self.overrides] if self.overrides else []
         changes += ["--sweep", *self.sweep] if self.sweep else []
-        return recorded("reproduce", *self.figures, *trials, *roots, *changes)
+        data = [] if self.data is None else ["--data", str(self.data)]
+        return recorded("reproduce", *self.figures, *trials, *roots, *changes, *data)
 
     def setting(self, cache: Path) -> Setting:
         """What all figures share."""
-        return Setting(trials=self.trials or 0, seed=self.seed, roots=self.roots, cache=cache)
+        return Setting(trials=self.trials or 0, seed=self.seed, roots=self.roots, cache=cache, data=self.data)
 
     @property
     def pool(self) -> str:

@@ -3,7 +3,18 @@
 from collections.abc import Mapping
 from types import MappingProxyType, ModuleType
 
-from baselines.reproduce import fig2, fig5, fig7, fig8, fig9, fig10, fig10_literal, fig_radio, sensitivity
+from baselines.reproduce import (
+    fig2,
+    fig5,
+    fig7,
+    fig8,
+    fig9,
+    fig10,
+    fig10_literal,
+    fig_radio,
+    real,
+    sensitivity,
+)
 from wifipgo.errors import BadInputError, UnknownNameError
 
 # Each has a TITLE, tasks(setting) and make(setting, folder).
@@ -18,8 +29,10 @@ FIGURES: Mapping[str, ModuleType] = MappingProxyType(
         "fig10_literal": fig10_literal,
     }
 )
-# Beside the paper's figures, and not part of all: nothing is judged; each has a page(folder, run, picture).
-STUDIES: Mapping[str, ModuleType] = MappingProxyType({"sensitivity": sensitivity, "fig_radio": fig_radio})
+# Beside the paper's figures, and not part of all; each has a page(folder, run, picture).
+STUDIES: Mapping[str, ModuleType] = MappingProxyType(
+    {"real": real, "sensitivity": sensitivity, "fig_radio": fig_radio}
+)
 ALL = "all"  # of the paper's figures
 _MEASURE_NOTHING = frozenset({"fig1", "fig3", "fig4", "fig6"})
 NOT_REDONE = (

@@ -3,9 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from baselines.evaluation.intervals import Estimate
-from baselines.evaluation.rows import shown
-from baselines.reproduce._claims import BESIDE, HEADLINE, SENSITIVITY
+from baselines.reproduce._claim_sections import VERDICTS, claim_section, headlines, summary
 from baselines.reproduce._figures import NOT_REDONE
 from baselines.reproduce._tables import about, table
 
@@ -29,8 +27,6 @@ one reading of its text, all else as it was.
 BEGIN, END = "<!-- claims: written by baselines.reproduce -->", "<!-- end of claims -->"
 # Claims that the README shows: the paper's main ones, whatever came of them.
 MAIN = ("fig5.held", "fig7.ratio", "fig8.held", "fig8.truth", "fig10.reduction")
-_ROLES = {HEADLINE: "**headline**", BESIDE: "beside", SENSITIVITY: "sensitivity"}
-_VERDICTS = {"reproduced": "**reproduced**", "partly": "partly", "not": "**not**"}
 
 
 def page(record: Mapping[str, Any], picture: Callable[[str], str]) -> str:
@@ -46,15 +42,6 @@ def page(record: Mapping[str, Any], picture: Callable[[str], str]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def summary(figures: Mapping[str, Any]) -> str:
-    """One line for each claim."""
-    rows = [
-        [name, claim["claim"], _headlines(claim), _VERDICTS.get(claim["verdict"], claim["verdict"])]
-        for name, claim in ((claim["name"], claim) for of in figures.values() for claim in of["claims"])
-    ]
-    return table(["", "claim", "ours, with 95 % interval", "verdict"], rows)
-
-
 def with_summary(text: str, figures: Mapping[str, Any]) -> str:
     """A text with the main claims between its marks; as it was if it has none."""
     before, begin, rest = text.partition(BEGIN)
@@ -66,52 +53,13 @@ def brief(figures: Mapping[str, Any]) -> str:
     """One short line for each of the main claims."""
     claims = [claim for of in figures.values() for claim in of["claims"] if claim["name"] in MAIN]
     rows = [
-        [claim["claim"], _headlines(claim), _VERDICTS.get(claim["verdict"], claim["verdict"])]
+        [claim["claim"], headlines(claim), VERDICTS.get(claim["verdict"], claim["verdict"])]
         for claim in claims
     ]
     return table(["claim", "ours, with 95 % interval", "verdict"], rows)
 
 
-def _headlines(claim: Mapping[str, Any]) -> str:
-    """Every headline figure of a claim."""
-    found = [finding for finding in claim["findings"] if finding["role"] == HEADLINE]
-    if not found:
-        return "-"
-    if len(found) == 1:
-        return shown_finding(found[0]) + claim["unit"]
-    if len(found) > 4:
-        reached = sum(finding["verdict"] == "reproduced" for finding in found)
-        return f"reproduced in {reached} of {len(found)} conditions"
-    return "; ".join(f"{finding['conditions']} {shown_finding(finding)}{claim['unit']}" for finding in found)
-
-
 def _figure(name: str, of: Mapping[str, Any], picture: str) -> str:
     parts = [f"## {name}: {of['title']}"]
     parts += [f"![{of['title']}]({picture})", about(of["run"])] if of["run"] else []
-    return "\n\n".join([*parts, *map(_claim, of["claims"])])
-
-
-def _claim(claim: Mapping[str, Any]) -> str:
-    """A claim: what it says, how it is judged, every figure."""
-    goal = f" Goal of this project: {claim['goal']}." if claim["goal"] else ""
-    title = f"### {claim['name']}: {claim['verdict']}\n\n> {claim['claim']} ({claim['source']})"
-    if not claim["findings"]:
-        return title
-    text = f"{title}\n\nFigure: {claim['quantity']}. Rule: {claim['rule']}.{goal}"
-    rows = [
-        [
-            _ROLES[finding["role"]],
-            finding["conditions"],
-            shown_finding(finding) + claim["unit"],
-            str(finding["n"]),
-            finding["verdict"],
-            finding["note"],
-        ]
-        for finding in claim["findings"]
-    ]
-    return f"{text}\n\n" + table(["", "conditions", "ours", "worlds", "verdict", "note"], rows)
-
-
-def shown_finding(finding: Mapping[str, Any]) -> str:
-    """A figure with its interval."""
-    return shown(Estimate(finding["value"], finding["low"], finding["high"]))
+    return "\n\n".join([*parts, *map(claim_section, of["claims"])])

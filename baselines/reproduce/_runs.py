@@ -36,6 +36,7 @@ class Setting:
         roots: How many roots follow each other; the worlds of all are one pool.
         cache: Folder of finished episodes.
         changes: Other values for fields of every scenario.
+        data: Folder of data that do not come with the package, if not that of $WIFIPGO_DATA.
         sensitivity: Whether numbers of ours are changed one at a time, too.
     """
 
@@ -45,6 +46,7 @@ class Setting:
     roots: int = 1
     changes: Mapping[str, object] = field(default_factory=dict)
     sensitivity: bool = True
+    data: Path | None = None
 
     def worlds(self, n_robots: int = 2) -> list[World]:
         """The pool, root after root."""

@@ -1,4 +1,4 @@
-"""Studies: beside the paper's figures, what is ranked rather than judged; each has a page of its own."""
+"""Studies: beside the paper's figures, what is not judged as the paper; each has a page of its own."""
 
 import shutil
 from collections.abc import Sequence
@@ -31,5 +31,6 @@ def _write(name: str, folder: Path, picture: str, to: Path | None = None) -> Pat
 
 def _document(name: str, folder: Path, docs: Path) -> None:
     (docs / "pictures").mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(folder / f"{name}.png", docs / "pictures" / f"{name}.png")
+    if (folder / f"{name}.png").is_file():  # not where data are missing
+        shutil.copyfile(folder / f"{name}.png", docs / "pictures" / f"{name}.png")
     _write(name, folder, f"pictures/{name}.png", docs / f"{name}.md")

@@ -93,7 +93,7 @@ def simulate_run(cfg: NinePoses, *, rng: np.random.Generator) -> Run:
     odometry = wheel_odometry(truth, sigma=(scale * cfg.sigma_t_m, scale * cfg.sigma_r_rad), rng=noise)
     who, now = np.arange(cfg.n_met) % 2, cfg.met_at
     exact = se2.between(truth[who, now], truth[1 - who, now])
-    z, is_bad = _relative_poses(exact, cfg, noise, outliers)
+    z, is_bad = relative_poses(exact, cfg, noise, outliers)
     tail, head = np.stack([who, now], axis=1), np.stack([1 - who, now], axis=1)
     sigma = (cfg.sigma_t_m, cfg.sigma_r_rad)
     met = Edges.measured(tail=tail, head=head, z=z, sigma=sigma, reported_pose=truth[1 - who, now])
@@ -142,7 +142,7 @@ def _through(
     return walk + np.stack(tied, axis=-1)
 
 
-def _relative_poses(
+def relative_poses(
     exact: Float[np.ndarray, "met 3"],
     cfg: NinePoses,
     rng: np.random.Generator,

@@ -37,8 +37,16 @@ def write_table(path: Path, rows: Iterable[tuple[float, ...]]) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def write_run(folder: Path, *, lasts_s: float = 120.0, robots: tuple[int, ...] = (1, 2, 3)) -> Path:
-    """Write exact odometry, truth and a sighting of each other robot every 5.3 s."""
+def write_run(
+    folder: Path,
+    *,
+    lasts_s: float = 120.0,
+    robots: tuple[int, ...] = (1, 2, 3),
+    every_s: float = 5.3,
+    wheels_err: tuple[float, float] = (0.0, 0.0),
+) -> Path:
+    """Write odometry, exact unless wheels err (m/s and rad/s), truth, and sightings of each other robot."""
+    rng = np.random.default_rng(0)
     folder.mkdir(parents=True, exist_ok=True)
     table = [f"{subject} \t {code}" for subject, code in BARCODES.items()]
     (folder / "Barcodes.dat").write_text("# subject barcode\n" + "\n".join(table) + "\n", encoding="utf-8")
@@ -47,15 +55,17 @@ def write_run(folder: Path, *, lasts_s: float = 120.0, robots: tuple[int, ...] =
     )
     for robot in robots:
         driven = np.arange(0.0, lasts_s, 0.05) + BEGIN_S
+        errs = (rng.standard_normal((len(driven), 2)) * wheels_err).tolist()
         write_table(
-            folder / f"Robot{robot}_Odometry.dat", [(t, SPEED_M_S, TURN_RAD_S) for t in driven.tolist()]
+            folder / f"Robot{robot}_Odometry.dat",
+            [(t, SPEED_M_S + dv, TURN_RAD_S + dw) for t, (dv, dw) in zip(driven.tolist(), errs, strict=True)],
         )
         times = np.arange(0.0, lasts_s, 0.1) + BEGIN_S
         poses = zip(times.tolist(), circle(robot, times).tolist(), strict=True)
         write_table(folder / f"Robot{robot}_Groundtruth.dat", [(t, *pose) for t, pose in poses])
         seen = [
             (t, float(BARCODES[other]), *seen_by(robot, other, t))
-            for t in (np.arange(1.2, lasts_s - 2.0, 5.3) + BEGIN_S).tolist()
+            for t in (np.arange(1.2, lasts_s - 2.0, every_s) + BEGIN_S).tolist()
             for other in robots
             if other != robot
         ]
