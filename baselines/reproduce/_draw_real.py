@@ -18,10 +18,10 @@ from wifipgo.graph.solvers.sightings import solve_sightings
 
 _SOURCES = {
     "camera": "cameras",
-    "in_sight": "CSI, in sight",
-    "beyond": "CSI, beyond",
-    "wifi_6": "Wi-Fi-like,\nmedian 6 deg",
-    "wifi_12": "Wi-Fi-like,\nmedian 12 deg",
+    "in_sight": "CSI,\nin sight",
+    "beyond": "CSI,\nbeyond",
+    "wifi_6": "like Wi-Fi,\n6 deg",
+    "wifi_12": "like Wi-Fi,\n12 deg",
 }
 
 
@@ -76,6 +76,7 @@ def _sightings(axes: Axes, errors: pd.DataFrame, whole: Mapping[str, float]) -> 
     axes.axhline(75.0, color="0.3", lw=0.8, ls="--")
     axes.axhline(0.0, color="0.3", lw=0.8)
     axes.set_xticks(range(len(USED)), list(USED))
+    axes.set_ylim(-100.0, 105.0)  # an interval of a mean that one window makes is longer
     axes.set_ylabel("reduction of Eq. 12 (%), more is better")
     axes.legend(fontsize=7, loc="lower right")
     axes.set_title(

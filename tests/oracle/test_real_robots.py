@@ -47,7 +47,7 @@ def test_a_piece_begins_at_the_truth(folder: Path) -> None:
         {"first": 0, "last": 5, "robots": (2, 0)},
     ):
         with pytest.raises(BadInputError, match=r"must be (ascending|rows)"):
-            cut_run(whole, **arguments)  # type: ignore[arg-type]
+            cut_run(whole, **arguments)
 
 
 def test_windows_share_no_step_and_exact_wheels_stay_exact(folder: Path, tmp_path: Path) -> None:
