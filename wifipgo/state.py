@@ -163,6 +163,7 @@ class Team(NamedTuple):
         last_met: Iteration of each robot's last rendezvous; 0 before the first.
         met: Groups of rows that met in this iteration.
         bytes_sent: Over the links of each world, so far.
+        under_way_bytes: What of the exchange that each pair is in the middle of is over the link.
     """
 
     calls: Calls
@@ -171,6 +172,7 @@ class Team(NamedTuple):
     last_met: Int[np.ndarray, " robots"]
     met: tuple[tuple[int, ...], ...]
     bytes_sent: Int[np.ndarray, " worlds"]
+    under_way_bytes: Float[np.ndarray, "robots peers"]
 
 
 class Belief(NamedTuple):

@@ -25,7 +25,7 @@ class Streams(NamedTuple):
     outliers: Generators
     standing: Generators  # of what a radio keeps for a whole episode
     messages: Generators  # that the distributed solution loses
-    sight: Generators  # of cameras
+    sight: Generators  # of cameras and lidars
 
     @classmethod
     def for_episode(cls, entropy: int, episode: int) -> "Streams":

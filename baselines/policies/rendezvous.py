@@ -56,7 +56,7 @@ class Callers(Walkers):
         caller_drives: bool = False,
     ) -> None:
         """Compose."""
-        self._trigger, self._refuge, self._approach = trigger, refuge, Approach()
+        self._trigger, self._refuge, self._approach = trigger, refuge, Approach.of(scenario)
         self._caller_drives = caller_drives
         super().__init__(scenario, motion)
 

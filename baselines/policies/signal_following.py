@@ -7,12 +7,15 @@ from baselines.policies.observation_view import View
 from baselines.policies.steering import step_towards
 from envs.rendezvous_v0 import N_BINS, bin_azimuths
 from wifipgo.radio.aoa.peaks import vertex
+from wifipgo.radio.channel.bands import band_of
+from wifipgo.scenarios import Scenario
 
 # sigma < 1 (paper Sec. 5). gamma makes the step gamma w^2 / sigma^2 reach one step length for the
 # smallest discrepancy that Algorithm 1 leaves, w = 1 Mb/s / 66 Mb/s, so that the robot always
 # drives as far as it can in an iteration.
 SIGMA = 0.5
 GAMMA_STEPS = SIGMA**2 * 66.0**2
+_ROUNDING = 1e-6  # of an observation in single precision
 
 
 def strongest_bearing(profile: Float[np.ndarray, "robots bins"]) -> Float[np.ndarray, " robots"]:
@@ -38,10 +41,24 @@ def step_length(
 
 
 class Approach:
-    """Algorithm 1 as a motion: towards the robot in a slot, along the strongest path of its signal."""
+    """Algorithm 1 as a motion: towards the robot in a slot, along the strongest path of its signal.
+
+    Args:
+        least_rate: Share of the top rate that the link carries where it stops.
+    """
 
     _side: np.ndarray | None = None
     _observed: np.ndarray | None = None
+
+    def __init__(self, *, least_rate: float = 0.0) -> None:
+        """Stop as soon as the other is observed, or not before the link carries a rate."""
+        self._least_rate = least_rate
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> "Approach":
+        """That which stops where q is met, if an exchange takes time: from further off it would wait."""
+        top_mbit_s = band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s
+        return cls(least_rate=scenario.link.q_mbit_s / top_mbit_s if scenario.link.exchange_s > 0.0 else 0.0)
 
     def step(
         self,
@@ -73,5 +90,7 @@ class Approach:
         length = step_length(view.slot("discrepancy")[row, slot[row], 0])
         towards, self._side[row] = step_towards(bearing, length, free_steps[row], side[row])
         self._observed[row] = observed
-        waypoint[row] = np.where((observed > before[row])[:, None], 0.0, towards)
+        rate = view.slot("rate")[row, slot[row], 0]
+        stays = (observed > before[row]) & (rate >= self._least_rate - _ROUNDING)
+        waypoint[row] = np.where(stays[:, None], 0.0, towards)
         return waypoint

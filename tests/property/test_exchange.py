@@ -38,6 +38,7 @@ def state(graph: TeamGraph, worlds: list[int]) -> tuple[Paths, MeasurementLog, T
         last_met=np.zeros(n, dtype=int),
         met=(),
         bytes_sent=np.arange(len(worlds)) * 0,
+        under_way_bytes=np.zeros(rate[rows].shape),
     )
     log = MeasurementLog(graph.edges, graph.bearings, NO_PINGS)
     return Paths(graph.poses, cov[:, -1], cov, cov), log, team, rate[rows]

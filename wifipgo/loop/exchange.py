@@ -16,14 +16,14 @@ from wifipgo.graph.distributed import Channel
 from wifipgo.graph.edges import Edges, group_of, refresh_reported_within
 from wifipgo.graph.outliers.methods import OUTLIER_METHODS
 from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
+from wifipgo.loop.transfer import BYTES_PER_POSE, transferred
 from wifipgo.rendezvous import NOBODY, due_groups
 from wifipgo.rows import Chance, Rows, draw_keys
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import MeasurementLog, Paths, Team
 
-# Bytes of one pose, measurement and bearing as sent: 3 float64; two keys, z, sigma and weight; two keys,
-# azimuth and sigma.
-BYTES_PER_POSE, BYTES_PER_EDGE, BYTES_PER_BEARING = 24, 64, 32
+# Bytes of one measurement and bearing as sent: two keys, z, sigma and weight; two keys, azimuth and sigma.
+BYTES_PER_EDGE, BYTES_PER_BEARING = 64, 32
 # A packet of a turn that says where its sender is: 802.11 header and check, position, its covariance.
 BYTES_PER_PING = 28 + 16 + 24
 _ATTEMPTS = 10  # how often a message is sent at most
@@ -72,7 +72,11 @@ def exchange(
     # Whoever meets: what a meeting loses depends on the iteration and its members.
     rows = Rows.of(*team.observed.shape)
     keys = draw_keys(rng, rows.n_worlds) if scenario.graph.message_loss > 0.0 else None
-    groups = due_groups(team.observed, rate_mbit_s, kappa=kappa, q_mbit_s=q_mbit_s)
+    observed = team.observed
+    if scenario.link.exchange_s > 0.0:
+        team, complete = transferred(team, rate_mbit_s, paths.t, scenario)
+        observed = np.where(complete, observed, 0)
+    groups = due_groups(observed, rate_mbit_s, kappa=kappa, q_mbit_s=q_mbit_s)
     if not groups:
         return paths, log, team
     meetings = _meet(paths, log, team, groups, cfg=scenario.graph, chances=_chances(keys, groups, rows))
@@ -99,7 +103,8 @@ def _met(team: Team, groups: Sequence[Group], t: int) -> Team:
     """Calls are served, and what the members had at iteration ``t`` each of them has."""
     observed, last_met, held = team.observed.copy(), team.last_met.copy(), team.held.copy()
     callee, (member, peer) = team.calls.callee.copy(), _pairs(groups, team.observed.shape)
-    observed[member, peer], held[member, peer] = 0, t + 1
+    under_way = team.under_way_bytes.copy()
+    observed[member, peer], held[member, peer], under_way[member, peer] = 0, t + 1, 0.0
     last_met[member], callee[member] = t, NOBODY
     return team._replace(
         observed=observed,
@@ -107,6 +112,7 @@ def _met(team: Team, groups: Sequence[Group], t: int) -> Team:
         last_met=last_met,
         calls=team.calls._replace(callee=callee),
         met=(*team.met, *map(tuple, groups)),
+        under_way_bytes=under_way,
     )
 
 

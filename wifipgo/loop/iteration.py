@@ -27,7 +27,7 @@ from wifipgo.loop.measurements import (
 )
 from wifipgo.loop.scene import scene_of
 from wifipgo.loop.uncertainty import propagate_uncertainty
-from wifipgo.radio.links import Links, probe_links
+from wifipgo.radio.links import Links, probe_links, read_levels
 from wifipgo.rendezvous import (
     KAPPA_SINCE,
     Calls,
@@ -86,7 +86,9 @@ def observe(
         streams: Chance.
     """
     scene, poses, team = scene_of(world, truth), truth.poses[:, -1], belief.team
-    links = probe_links(poses[:, :2], scene.surfaces, scenario.radio, world.standing, rows=world.rows)
+    t, rows = truth.poses.shape[1] - 1, world.rows
+    links = probe_links(poses[:, :2], scene.surfaces, scenario.radio, world.standing, rows=rows, t=t)
+    links = read_levels(links, sigma_db=scenario.impairments.esnr_sigma_db, rng=streams.channel)
     seen = robots_in_view(poses, scene.faces_m, range_m=scenario.sensing.sensor_range_m)
     heard = listen_to_team(
         links, team.calls, seen, poses[:, 2], world.standing, scenario=scenario, rng=streams.channel

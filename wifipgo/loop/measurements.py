@@ -10,20 +10,23 @@ from wifipgo.graph.anchor_bearings import extended_pings
 from wifipgo.graph.bearings import extended_bearings
 from wifipgo.graph.edges import Edges, extended
 from wifipgo.loop.aoa_measurements import Heard, bearings_of, pings_of, weights_of
-from wifipgo.loop.exchange import BYTES_PER_PING, BYTES_PER_POSE
+from wifipgo.loop.exchange import BYTES_PER_PING
+from wifipgo.loop.transfer import BYTES_PER_POSE
 from wifipgo.rows import Chance, Rows
 from wifipgo.scenarios.scenario import Scenario
 from wifipgo.state import Belief, MeasurementLog, Paths, Scene, Sensed, Truth
 from wifipgo.streams import Streams
-from wifipgo.world.lidar import scan
+from wifipgo.world.lidar import noisy, scan
 from wifipgo.world.sensing import RelativePoses, measure_loop_closures, observe_robots, sight_robots
 
 
 def sense(truth: Truth, scene: Scene, scenario: Scenario, *, rng: Chance) -> Sensed:
     """Lidar and camera."""
     arena, poses = scenario.arena, truth.poses[:, -1]
+    range_m = arena.lidar_range_m
+    free_m = scan(poses, scene.edges_m, robot_radius_m=arena.robot_radius_m, range_m=range_m)
     return Sensed(
-        lidar_m=scan(poses, scene.edges_m, robot_radius_m=arena.robot_radius_m, range_m=arena.lidar_range_m),
+        lidar_m=noisy(free_m, sigma_m=arena.lidar_sigma_m, range_m=range_m, rng=rng),
         sighted=sight_robots(poses, scene.faces_m, range_m=scenario.visual_range_m, rng=rng),
     )
 

@@ -12,16 +12,16 @@ from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.impairments import EpisodeImpairments
 from wifipgo.radio.channel.power_bound import most_mean_power
 from wifipgo.radio.channel.subcarriers import combed_channel
-from wifipgo.radio.pairs import TracedPairs, all_pairs
+from wifipgo.radio.pairs import Clutter, TracedPairs, all_pairs
 from wifipgo.radio.propagation.paths import Paths
 from wifipgo.radio.propagation.ray_gains import Medium
 from wifipgo.radio.propagation.scenes import Scenes, scenes_of
 from wifipgo.radio.propagation.surfaces import Surfaces
-from wifipgo.rows import Rows
+from wifipgo.rows import Chance, Rows
 
 # Lines times links looked at in one go: some 20 MB of working arrays. Fewer would pay for more calls.
 _BLOCK = 1 << 15
-_NO_ESNR_DB = -30.0
+_NO_ESNR_DB, MOST_ESNR_DB = -30.0, 60.0
 _MANY = 500  # links, from which on it pays to look which of them can be heard
 _NEARLY_ALL = 0.9  # of links that can be heard: to choose costs as much as to work out the rest
 
@@ -64,6 +64,7 @@ def probe_links(
     standing: EpisodeImpairments | None = None,
     *,
     rows: Rows | None = None,
+    t: int = 0,
 ) -> Links:
     """Trace the paths of every pair of each world and find which rate each link carries.
 
@@ -74,15 +75,17 @@ def probe_links(
         p_m: Robots of all worlds.
         surfaces: The scene of all worlds, or the scenes of each.
         cfg: Transmitters and receivers.
-        standing: What the episode keeps; only its diffuse cluster matters here.
+        standing: What the episode keeps; only its diffuse cluster and people matter here.
         rows: Which robots are of which world; one world without.
+        t: Iteration, which says where people are.
     """
     rows, scenes = rows or Rows(1, len(p_m)), scenes_of(surfaces)
     require(len(rows) == len(p_m), "rows", f"those of {len(p_m)} robots", rows)
     pairs, row = all_pairs(rows)
     medium = Medium(scenes, cfg.carrier_hz, cfg.max_order, cfg.penetration, cfg.diffraction, single=True)
     diffuse = None if standing is None else standing.diffuse
-    traced = TracedPairs.between(p_m, pairs, rows=rows, medium=medium, diffuse=diffuse)
+    bodies_m = None if standing is None or standing.bodies is None else standing.bodies.at(t)
+    traced = TracedPairs.between(p_m, pairs, rows=rows, medium=medium, clutter=Clutter(diffuse, bodies_m))
     rate, esnr_db = np.empty((2, len(pairs.low)))
     step = max(64, _BLOCK // scenes.n_lines)
     for begin in range(0, len(rate), step):
@@ -90,6 +93,15 @@ def probe_links(
         rate[block], esnr_db[block] = _carried(traced, block, cfg)
     esnr_db[rate == 0.0] = _NO_ESNR_DB
     return Links(pairs.table(esnr_db, _NO_ESNR_DB, rows), pairs.table(rate, 0.0, rows), row, traced)
+
+
+def read_levels(links: Links, *, sigma_db: float, rng: Chance) -> Links:
+    """Links as each end reads their effective SNR; of what is not heard nothing is read."""
+    if sigma_db == 0.0:
+        return links
+    read_db = links.esnr_db + sigma_db * rng.standard_normal(links.esnr_db.shape)
+    heard_db = np.clip(read_db, _NO_ESNR_DB, MOST_ESNR_DB)
+    return links._replace(esnr_db=np.where(links.rate_mbit_s > 0.0, heard_db, links.esnr_db))
 
 
 def _carried(pairs: TracedPairs, block: slice, cfg: RadioConfig) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ from wifipgo.radio.propagation.edge_rays import edge_views
 from wifipgo.radio.propagation.image_method import Ends
 from wifipgo.radio.propagation.link_ends import Points, check_apart, checked_points
 from wifipgo.radio.propagation.materials import SPEED_OF_LIGHT_M_S
+from wifipgo.radio.propagation.passing_bodies import behind_bodies
 from wifipgo.radio.propagation.paths import Paths, Traced, columns_of, paths_of, traced
 from wifipgo.radio.propagation.ray_gains import Medium
 from wifipgo.rows import Rows
@@ -56,13 +57,24 @@ def all_pairs(rows: Rows) -> tuple[Pairs, Int[np.ndarray, "rows peers"]]:
     return pairs, row
 
 
+class Clutter(NamedTuple):
+    """What the tracer does not know: scatterers, and where people are; None without."""
+
+    diffuse: Diffuse | None
+    bodies_m: Float[np.ndarray, "worlds bodies 2"] | None
+
+    def __bool__(self) -> bool:
+        """Whether there is any."""
+        return self.diffuse is not None or self.bodies_m is not None
+
+
 class TracedPairs:
     """Pairs in a medium. Directions of paths, which cost as much as the rest, come only where asked for."""
 
-    def __init__(self, points: Points, pairs: Pairs, medium: Medium, diffuse: Diffuse | None) -> None:
+    def __init__(self, points: Points, pairs: Pairs, medium: Medium, clutter: Clutter) -> None:
         """Take pairs between points that were checked."""
         self.pairs, self.medium = pairs, medium
-        self._points, self._diffuse = points, diffuse
+        self._points, self._clutter = points, clutter
         self._views = edge_views(points, medium) if medium.diffraction else None
         self._whole: Traced | None = None
 
@@ -74,20 +86,20 @@ class TracedPairs:
         *,
         rows: Rows,
         medium: Medium,
-        diffuse: Diffuse | None,
+        clutter: Clutter,
     ) -> "TracedPairs":
         """Pairs of robots at these places."""
         world = rows.world(np.arange(len(p_m)))
         return cls(
-            checked_points(p_m, world, medium.scenes, lambda k: ("p_m", f"robot {k}")), pairs, medium, diffuse
+            checked_points(p_m, world, medium.scenes, lambda k: ("p_m", f"robot {k}")), pairs, medium, clutter
         )
 
     def columns(
         self, block: slice
     ) -> tuple[Complex[np.ndarray, "paths block"], Float[np.ndarray, "paths block"]]:
         """Gain and delay of the paths of some pairs, paths first."""
-        if self._diffuse is not None:
-            paths = self._with_diffuse(self._traced(block))
+        if self._clutter:
+            paths = self._among_clutter(self._traced(block))
             return paths.gain.T, paths.delay_s.T
         found = self._traced(block)
         if found.ends.n_links == len(self.pairs.low):
@@ -98,12 +110,12 @@ class TracedPairs:
     @functools.cached_property
     def paths(self) -> Paths:
         """Paths of all pairs, one row each."""
-        return self._with_diffuse(self._whole or self._traced(slice(None)))
+        return self._among_clutter(self._whole or self._traced(slice(None)))
 
     def some(self, chosen: Int[np.ndarray, " links"]) -> Paths:
         """Paths of some pairs, each of which may be asked for more than once."""
         once, place = np.unique(chosen, return_inverse=True)
-        return self._with_diffuse(self._traced(once)).only(place)
+        return self._among_clutter(self._traced(once)).only(place)
 
     def _traced(self, chosen: slice | Int[np.ndarray, " some"]) -> Traced:
         low, high = self.pairs.low[chosen], self.pairs.high[chosen]
@@ -112,12 +124,14 @@ class TracedPairs:
         views = self._views
         return traced(ends, self.medium, None if views is None else (views.some(low), views.some(high)))
 
-    def _with_diffuse(self, found: Traced) -> Paths:
-        """Rays as rows, with what comes over scatterers."""
+    def _among_clutter(self, found: Traced) -> Paths:
+        """Rays as rows, with what comes over scatterers, and without what people stop."""
         paths, ends = paths_of(found, self.medium), found.ends
-        if self._diffuse is None:
-            return paths
+        (diffuse, bodies_m), carrier_hz = self._clutter, self.medium.carrier_hz
         tx_m, rx_m, world = ends.tx.at_m.T, ends.rx.at_m.T, ends.tx.world
-        # Sums over paths go on by eights, so what follows the padding is added alike in any company.
-        paths = paths.padded(8)
-        return with_diffuse(paths, tx_m, rx_m, self._diffuse, carrier_hz=self.medium.carrier_hz, world=world)
+        if diffuse is not None:
+            # Sums over paths go on by eights, so what follows the padding is added alike in any company.
+            paths = with_diffuse(paths.padded(8), tx_m, rx_m, diffuse, carrier_hz=carrier_hz, world=world)
+        if bodies_m is not None:
+            paths = behind_bodies(paths, tx_m, rx_m, bodies_m[world], carrier_hz=carrier_hz)
+        return paths

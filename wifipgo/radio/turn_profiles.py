@@ -13,6 +13,7 @@ from wifipgo.errors import require
 from wifipgo.radio.aoa.estimators import AoaConfig, least_packets, pair_profiles, turn_headings
 from wifipgo.radio.aoa.steering import azimuth_grid, turn_steering
 from wifipgo.radio.channel import csi
+from wifipgo.radio.channel.antenna_patterns import coupled, pattern_gain
 from wifipgo.radio.channel.bands import band_of
 from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.impairments import (
@@ -52,8 +53,7 @@ class _Schedule(NamedTuple):
 @functools.lru_cache(maxsize=8)
 def _schedule(turn: AoaConfig, antennas_m: Antennas, wavelength_m: float) -> _Schedule:
     """Relative headings and steering of a turn: the same at every step, for every link."""
-    half_m = 0.5 * turn.antenna_gap_m
-    places_m = np.array(antennas_m or ((half_m, 0.0), (-half_m, 0.0)))
+    places_m = _places(turn.antenna_gap_m, antennas_m)
     require(len(places_m) > 1, "RadioConfig.antennas_m", "2 or 3 positions for a turn", antennas_m)
     relative, grid = turn_headings(turn), azimuth_grid(turn.n_azimuths)
     pairs = tuple(itertools.combinations(range(len(places_m)), 2))
@@ -74,6 +74,8 @@ def _channel(
 ) -> np.ndarray:
     """Noise-free CSI during a turn: the pair has a faster way."""
     wavelength_m, bandwidth_hz = radio.wavelength_m, radio.bandwidth_hz
+    if radio.front_to_back_db > 0.0 or radio.antenna_coupling > 0.0:
+        return _shaped_channel(paths, heading_rad, radio, turn)
     if not radio.antennas_m:
         return csi.pair_csi(
             paths,
@@ -84,6 +86,30 @@ def _channel(
         )
     offset_m = csi.antenna_offsets(np.array(radio.antennas_m), heading_rad)
     return csi.array_csi(paths, offset_m, wavelength_m=wavelength_m, bandwidth_hz=bandwidth_hz)
+
+
+def _shaped_channel(
+    paths: Paths, heading_rad: Float[np.ndarray, "links positions"], radio: RadioConfig, turn: AoaConfig
+) -> np.ndarray:
+    """The same of antennas that hear directions unlike, and each other."""
+    places_m = _places(turn.antenna_gap_m, radio.antennas_m)
+    pattern = pattern_gain(
+        paths.azimuth_rx_rad, heading_rad, places_m, front_to_back_db=radio.front_to_back_db
+    )
+    channel = csi.array_csi(
+        paths,
+        csi.antenna_offsets(places_m, heading_rad),
+        wavelength_m=radio.wavelength_m,
+        bandwidth_hz=radio.bandwidth_hz,
+        pattern=pattern,
+    )
+    return coupled(channel, places_m, coupling=radio.antenna_coupling, wavelength_m=radio.wavelength_m)
+
+
+def _places(antenna_gap_m: float, antennas_m: Antennas) -> Float[np.ndarray, "antennas 2"]:
+    """Antennas in the body frame: those given, or the pair along the heading."""
+    half_m = 0.5 * antenna_gap_m
+    return np.array(antennas_m or ((half_m, 0.0), (-half_m, 0.0)))
 
 
 def _profiles(

@@ -25,6 +25,7 @@ _LIMITS = {
     "step_m": (1e-6, 1_000.0),
     "n_substeps": (1, _MOST_SUBSTEPS),
     "lidar_range_m": (1e-3, 1e6),
+    "lidar_sigma_m": (0.0, 1e3),
     "wall_thickness_m": _THICKNESS_LIMITS_M,
     "obstacle_thickness_m": _THICKNESS_LIMITS_M,
 }
@@ -51,6 +52,7 @@ class ArenaConfig:
         step_scale: One factor per robot on the step, or empty for all 1.
         n_substeps: Substeps of the physics in an iteration.
         lidar_range_m: How far the lidar sees.
+        lidar_sigma_m: Standard deviation of each distance that the lidar measures.
         wall_material: Material of the walls, a name in `wifipgo.radio.propagation.materials.MATERIALS`.
         wall_thickness_m: Thickness of the walls, for the radio.
         obstacle_material: Material of the obstacles.
@@ -73,6 +75,7 @@ class ArenaConfig:
     step_scale: tuple[float, ...] = ()
     n_substeps: int = 20
     lidar_range_m: float = 4.0
+    lidar_sigma_m: float = 0.0
     wall_material: str = "concrete"
     wall_thickness_m: float = 0.2
     obstacle_material: str = "wood"

@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from wifipgo import segments
+from wifipgo.rows import Chance
 from wifipgo.world.boxes import bounds, meeting
 from wifipgo.world.neighbours import neighbours
 
@@ -53,6 +54,16 @@ def scan(
     if len(seer):
         _shorten(free_m, seer, _to_discs(start_m[seer], rays[seer], p_m[other], robot_radius_m))
     return free_m
+
+
+def noisy(
+    free_m: Float[np.ndarray, "rows rays"], *, sigma_m: float, range_m: float, rng: Chance
+) -> Float[np.ndarray, "rows rays"]:
+    """Distances as a lidar measures them: white noise on those that end at something, within its range."""
+    if sigma_m == 0.0:
+        return free_m
+    measured_m = np.clip(free_m + sigma_m * rng.standard_normal(free_m.shape), 0.0, range_m)
+    return np.where(free_m < range_m, measured_m, range_m)
 
 
 def _shorten(

@@ -16,6 +16,7 @@ from jaxtyping import Float, Int
 from wifipgo.counters import Counters
 from wifipgo.errors import pick, require_within
 from wifipgo.radio.propagation.diffuse_scattering import DIFFUSE_POWERS, Diffuse, draw_diffuse
+from wifipgo.radio.propagation.passing_bodies import Bodies, draw_bodies
 from wifipgo.rows import Chance, Rows, draw_keys
 
 
@@ -40,6 +41,11 @@ class ImpairmentConfig:
         diffuse_power_of: "paths", those traced, or "obstructed", what obstacles take from the straight line.
         diffuse_spread_rad: Standard deviation of its taper over angle, see
             `wifipgo.radio.propagation.diffuse_scattering`.
+        esnr_sigma_db: Standard deviation of the effective SNR that a robot reads off a link; rates are not
+            read but tried, and stay as they are.
+        n_bodies: People who walk through the room and stand in the way of paths, as screens of 3GPP TR
+            38.901, Sec. 7.6.4.2; nobody bumps into them.
+        body_step_m: How far each of them walks in an iteration.
     """
 
     noise_floor: bool = True
@@ -54,6 +60,9 @@ class ImpairmentConfig:
     diffuse_ratio: float = 0.0
     diffuse_power_of: str = "paths"
     diffuse_spread_rad: float = float(np.deg2rad(30.0))
+    esnr_sigma_db: float = 0.0
+    n_bodies: int = 0
+    body_step_m: float = 2.0
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
@@ -70,6 +79,9 @@ _LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
         "heading_bias_rad": (-np.pi, np.pi),
         "diffuse_ratio": (0.0, 1e6),
         "diffuse_spread_rad": (1e-3, np.pi),
+        "esnr_sigma_db": (0.0, 60.0),
+        "n_bodies": (0, 1000),
+        "body_step_m": (0.0, 1000.0),
     }
 )
 
@@ -81,11 +93,13 @@ class EpisodeImpairments(NamedTuple):
         cfg: The configuration.
         chain_rad: Phase offset of each robot's receive chains, robots of all worlds one after the other.
         diffuse: Scatterers of the diffuse cluster, or None.
+        bodies: People in the room, or None.
     """
 
     cfg: ImpairmentConfig
     chain_rad: Float[np.ndarray, "rows antennas"]
     diffuse: Diffuse | None
+    bodies: Bodies | None = None
 
 
 def draw_episode_impairments(
@@ -106,7 +120,11 @@ def draw_episode_impairments(
             n_worlds=n_worlds,
             power_of=cfg.diffuse_power_of,
         )
-    return EpisodeImpairments(cfg, chain_rad, diffuse)
+    bodies = None
+    if cfg.n_bodies > 0:
+        room = {"size_m": size_m, "rng": rng, "n_worlds": n_worlds}
+        bodies = draw_bodies(count=cfg.n_bodies, step_m=cfg.body_step_m, **room)
+    return EpisodeImpairments(cfg, chain_rad, diffuse, bodies)
 
 
 _MOST_CHAINS = 3

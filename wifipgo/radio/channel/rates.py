@@ -73,16 +73,23 @@ class LinkConfig:
     Attributes:
         q_mbit_s: Rate that a rendezvous needs (q of Eq. 1).
         alpha: Factor on the service discrepancy (alpha of Eq. 1).
+        exchange_s: Time of each iteration in which a pair that is due exchanges; it has met once all is over
+            the link. 0: an exchange takes no time.
+        image_bytes: What goes with each pose that the other does not hold yet, as an image of the place;
+            it takes time only with ``exchange_s``.
     """
 
     q_mbit_s: float = 39.0
     alpha: float = 1.0
+    exchange_s: float = 0.0
+    image_bytes: int = 0
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
         require_within(
             self, {"q_mbit_s": (_LEAST_Q_MBIT_S, _HIGHEST_RATE_MBIT_S), "alpha": (0.0, _LARGEST_ALPHA)}
         )
+        require_within(self, {"exchange_s": (0.0, 1e6), "image_bytes": (0, 10**9)})
 
 
 @harmless_underflow
