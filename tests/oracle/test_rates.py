@@ -1,5 +1,7 @@
 """Effective SNR, rates and service discrepancy against closed forms and the standard's table."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.special import erfc, erfcinv
@@ -76,7 +78,7 @@ def test_wide_band_carries_the_rates_of_the_standard() -> None:
         ({"alpha": float("inf")}, r"LinkConfig.alpha must be in 0..1e\+06, got inf"),
     ],
 )
-def test_config_names_what_it_refuses(values: dict[str, float], message: str) -> None:
+def test_config_names_what_it_refuses(values: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         rates.LinkConfig(**values)
 

@@ -69,11 +69,11 @@ RADIO_HARD = replace(
     PAPER_HW_2,
     name="radio-hard",
     source=(
-        "Rules, noise and room of paper-hw-2. Ours: eight boxes of steel sheet, two reflections, bent paths: "
+        "Rules, noise and room of paper-hw-2. Ours: twelve boxes of steel, two reflections, bent paths: "
         "behind a box the strongest path leads elsewhere, and Algorithm 1 may not arrive."
     ),
     radio=replace(PAPER_HW_2.radio, max_order=2, diffraction=True),
-    arena=ArenaConfig(n_obstacles=8, obstacle_material="metal", obstacle_thickness_m=_STEEL_M),
+    arena=ArenaConfig(n_obstacles=12, obstacle_material="metal", obstacle_thickness_m=_STEEL_M),
 )
 
 LINK_BINDS = replace(

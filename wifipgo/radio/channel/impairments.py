@@ -122,8 +122,9 @@ def draw_episode_impairments(
         )
     bodies = None
     if cfg.n_bodies > 0:
-        room = {"size_m": size_m, "rng": rng, "n_worlds": n_worlds}
-        bodies = draw_bodies(count=cfg.n_bodies, step_m=cfg.body_step_m, **room)
+        bodies = draw_bodies(
+            count=cfg.n_bodies, step_m=cfg.body_step_m, size_m=size_m, rng=rng, n_worlds=n_worlds
+        )
     return EpisodeImpairments(cfg, chain_rad, diffuse, bodies)
 
 
