@@ -1,11 +1,11 @@
 """How often Algorithm 1 fails to bring two robots together, and why.
 
 Run: ``wifipgo bench algorithm_1 [--scenarios NAME ...] [--worlds N] [--out FILE]``. The paper's policy
-plays two robots. A call lasts from the iteration in which a robot asks for a rendezvous until the two meet, its
-error falls by itself, or the episode ends. It failed if they have not met after 10 iterations, and the cause is
-what most of these were like: ``unheard``, not even a ping passed; ``misled``, the highest peak of the profile of
-who is called was more than 20 degrees off; ``slow``, neither. Calls that end sooner without a meeting are left
-out.
+plays two robots. A call lasts from the iteration in which a robot asks for a rendezvous until the two
+meet, its error falls by itself, or the episode ends. It failed if they have not met after 10 iterations,
+and the cause is what most of these were like: ``unheard``, not even a ping passed; ``misled``, the highest
+peak of the profile of who is called was more than 20 degrees off; ``slow``, neither. Calls that end sooner
+without a meeting are left out.
 """
 
 import math
@@ -94,11 +94,11 @@ def show(rows: pd.DataFrame, console: Console) -> None:
     table = Table(title=f"calls of Algorithm 1 that had not met after {LATE} iterations")
     for name in ("scenario", "calls", "failed", *CAUSES, "iterations misled"):
         table.add_column(name, no_wrap=True)
-    for name, calls in rows.groupby("scenario", sort=False):
+    for scenario, calls in rows.groupby("scenario", sort=False):
         each = [f"{100.0 * (calls['cause'] == cause).mean():.0f} %" for cause in CAUSES]
         failed = f"{100.0 * (~calls['met']).mean():.0f} %"
         misled = np.average(calls["misled"], weights=calls["iterations"])
-        table.add_row(str(name), str(len(calls)), failed, *each, f"{100.0 * misled:.0f} %")
+        table.add_row(str(scenario), str(len(calls)), failed, *each, f"{100.0 * misled:.0f} %")
     console.print(table)
 
 

@@ -15,6 +15,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import pandas as pd
 import tyro
+from jaxtyping import Float
 from rich.console import Console
 from rich.table import Table
 
@@ -98,16 +99,17 @@ def show(rows: pd.DataFrame, console: Console) -> None:
     table = Table(title="where q binds: means over worlds, with 95 % intervals")
     for name in ("scenario", "q (Mb/s)", "meetings", "apart (m)", "waits", "Err", "sent (MB)"):
         table.add_column(name, no_wrap=True)
-    for (name, q), of_q in rows.groupby(["scenario", "q_mbit_s"], sort=False):
-        table.add_row(str(name), f"{q:g}", *(_interval(of_q[figure]) for figure in FIGURES))
+    for key, of_q in rows.groupby(["scenario", "q_mbit_s"], sort=False):
+        scenario, q = key if isinstance(key, tuple) else (key, "")
+        table.add_row(str(scenario), str(q), *(_interval(of_q[figure].to_numpy(float)) for figure in FIGURES))
     console.print(table)
 
 
-def _interval(values: pd.Series) -> str:
-    known = values.dropna()
+def _interval(values: Float[np.ndarray, " worlds"]) -> str:
+    known = values[np.isfinite(values)]
     if len(known) < 2:
         return "-"
-    return f"{known.mean():.2f} +- {1.96 * known.sem():.2f}"
+    return f"{known.mean():.2f} +- {1.96 * known.std(ddof=1) / np.sqrt(len(known)):.2f}"
 
 
 def main(config: BindsConfig) -> None:

@@ -14,13 +14,13 @@ from wifipgo.scenarios.scenario import Scenario
 from wifipgo.world.layout import ArenaConfig
 
 _REAL_RADIO = replace(
-    PAPER_HW_2.radio, max_order=2, diffraction=True, front_to_back_db=2.0, antenna_coupling=0.04
+    PAPER_HW_2.radio, max_order=2, diffraction=True, front_to_back_db=3.0, antenna_coupling=0.04
 )
 _REAL_IMPAIRMENTS = ImpairmentConfig(
     packet_loss=0.1,
-    diffuse_ratio=0.68,
+    diffuse_ratio=0.7,
     diffuse_power_of="obstructed",
-    diffuse_spread_rad=0.105,
+    diffuse_spread_rad=0.09,
     esnr_sigma_db=2.0,
     n_bodies=3,
 )
