@@ -197,6 +197,9 @@ def drawn(rows: list[Row]) -> Figure:
         axes.scatter([row.megabytes for row in own], gaps, color=colour, label=method, s=22)
     axes.axhline(2.0, color="0.6", lw=0.8)
     axes.set(xscale="log", yscale="log", xlabel="sent, MB", ylabel="chi-square above the optimum, %")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter("")
     axes.legend(frameon=False)
     return figure
 

@@ -7,7 +7,6 @@ takes arrays of poses and measurements and knows nothing of a loop or of a scena
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple, Protocol, runtime_checkable
 
@@ -131,29 +130,32 @@ def _searched(
     return Solution(solved[list(group)], report.last_pose_covariances)
 
 
-def solve_separately(
-    poses: Float[np.ndarray, "robots times 3"],
-    edges: Edges,
-    bearings: Bearings,
-    *,
-    groups: Sequence[Sequence[int]],
-    method: OutlierMethod,
-    third_party: str,
-    channels: Sequence[Channel],
-    config: DistributedConfig | TwoLevelConfig,
-) -> Sequence[Solution | None]:
+def by_robots(config: DistributedConfig | TwoLevelConfig) -> Solve:
     """Let each robot solve for its own poses; what has not converged is not believed."""
-    return [
-        _agreed(
-            poses,
-            known_to(edges, group),
-            group=group,
-            method=method,
-            third_party=third_party,
-            by=(config, channel),
-        )
-        for group, channel in zip(groups, channels, strict=True)
-    ]
+
+    def solve_separately(
+        poses: Float[np.ndarray, "robots times 3"],
+        edges: Edges,
+        bearings: Bearings,
+        *,
+        groups: Sequence[Sequence[int]],
+        method: OutlierMethod,
+        third_party: str,
+        channels: Sequence[Channel],
+    ) -> Sequence[Solution | None]:
+        return [
+            _agreed(
+                poses,
+                known_to(edges, group),
+                group=group,
+                method=method,
+                third_party=third_party,
+                by=(config, channel),
+            )
+            for group, channel in zip(groups, channels, strict=True)
+        ]
+
+    return solve_separately
 
 
 def _agreed(
@@ -196,13 +198,13 @@ BACKENDS: Mapping[str, Backend] = MappingProxyType(
             meaning="one of those that meet solves for all",
         ),
         "distributed": Backend(
-            solve=partial(solve_separately, config=DistributedConfig(threshold=_THRESHOLD_M)),
+            solve=by_robots(DistributedConfig(threshold=_THRESHOLD_M)),
             sends=True,
             bearings=False,
             meaning="those that meet each solve for their own poses and exchange separators",
         ),
         "two_level": Backend(
-            solve=partial(solve_separately, config=TwoLevelConfig()),
+            solve=by_robots(TwoLevelConfig()),
             sends=True,
             bearings=False,
             meaning="as distributed, by conjugate gradients: the same optimum as gtsam's, in fewer rounds",
