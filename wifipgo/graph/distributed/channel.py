@@ -63,7 +63,8 @@ class Channel:
         require(attempts >= 1, "attempts", ">= 1", attempts)
         require(delay_rounds >= 0, "delay_rounds", ">= 0", delay_rounds)
         require(loss == 0.0 or rng is not None, "rng", "given where messages may be lost", rng)
-        self._loss, self._attempts, self._rng, self.delay_rounds = loss, attempts, rng, delay_rounds
+        self._attempts, self.delay_rounds = attempts, delay_rounds
+        self._arrives = lambda: rng is None or rng.random() >= loss
         self._rate_mbit_s, self.airtime_s = rate_mbit_s, 0.0
         self._waiting: dict[int, list[tuple[int, Message]]] = {}
         self.bytes_sent = self.n_sent = self.n_lost = self.now = 0
@@ -76,7 +77,7 @@ class Channel:
             if self._rate_mbit_s is not None:
                 mbit_s = self._rate_mbit_s(message.sender, receiver)
                 self.airtime_s += PACKET_S + 8e-6 * message.values.nbytes / mbit_s
-            if self._rng is None or self._rng.random() >= self._loss:
+            if self._arrives():
                 self._waiting.setdefault(receiver, []).append((self.now + self.delay_rounds, message))
                 return True
             self.n_lost += 1
