@@ -64,7 +64,7 @@ class Channel:
         require(delay_rounds >= 0, "delay_rounds", ">= 0", delay_rounds)
         require(loss == 0.0 or rng is not None, "rng", "given where messages may be lost", rng)
         self._attempts, self.delay_rounds = attempts, delay_rounds
-        self._arrives = lambda: rng is None or rng.random() >= loss
+        self._arrives: Callable[[], bool] = lambda: rng is None or bool(rng.random() >= loss)
         self._rate_mbit_s, self.airtime_s = rate_mbit_s, 0.0
         self._waiting: dict[int, list[tuple[int, Message]]] = {}
         self.bytes_sent = self.n_sent = self.n_lost = self.now = 0
