@@ -1,11 +1,11 @@
 """Robots that solve by themselves: gap to the optimum, rounds, bytes, airtime, by method and data set.
 
-Run: ``wifipgo bench distributed_solvers [--sets NAME ...] [--out DIR]``. Sets are folders of ``g2o``, files
-of ``g2o_single`` cut into 5 and 10 robots, and ``tunnels``, in $WIFIPGO_DATA or ../shared/data. The gap is
-of the chi-square to that of one computer (`solve_graph`, the best of its starts), under the weights that it
-ended with: those of truncated squares in the tunnels. Airtime is of messages one after another, at the
-802.11n rate of each pair where it comes closest, in free space at 15 dBm. All begin alike, but two stages,
-which begin chordal and minimise the chordal cost.
+Run: ``wifipgo bench distributed_solvers [--sets NAME ...] [--methods NAME ...] [--out DIR]``. Sets are
+folders of ``g2o``, files of ``g2o_single`` cut into 5 and 10 robots, and ``tunnels``, in $WIFIPGO_DATA or
+../shared/data. The gap is of the chi-square to that of one computer (`solve_graph`, the best of its starts),
+under the weights that it ended with: those of truncated squares in the tunnels. Airtime is of messages one
+after another, at the 802.11n rate of each pair where it comes closest, in free space at 15 dBm. All begin
+alike, but two stages, which begin chordal and minimise the chordal cost.
 """
 
 import os
@@ -33,7 +33,7 @@ from scipy.spatial.distance import cdist
 
 from wifipgo.command.command_line import exit_code
 from wifipgo.command.palette import SERIES
-from wifipgo.errors import require
+from wifipgo.errors import pick, require
 from wifipgo.files.atomic_files import write_json
 from wifipgo.graph.distributed import (
     Channel,
@@ -94,6 +94,7 @@ class Config:
 
     data: Annotated[Path, tyro.conf.arg(help="Folder of the data sets.")] = DATA
     sets: Annotated[tuple[str, ...], tyro.conf.arg(help="Names, as tunnels INTEL-5; all without.")] = ()
+    methods: Annotated[tuple[str, ...], tyro.conf.arg(help="Names, as 'two levels'; all without.")] = ()
     out: Annotated[Path, tyro.conf.arg(help="Folder for table and picture.")] = Path(
         "results/distributed_solvers"
     )
@@ -207,15 +208,18 @@ def drawn(rows: list[Row]) -> Figure:
 def main(config: Config) -> None:
     """Compare, show, write."""
     console, known = Console(width=None if sys.stdout.isatty() else 110), sets_of(config.data)
-    rule = "a folder with g2o, g2o_single or tunnels"
+    rule = "a folder with g2o, g2o_single or tunnels, see docs/howto/data.md"
     require(bool(known), "data", rule, str(config.data))
     names = config.sets or tuple(known)
     for name in names:
         require(name in known, "sets", f"among {', '.join(known)}", name)
+    methods = tuple(config.methods or METHODS)
+    for name in methods:
+        pick(METHODS, name, "method")
     rows: list[Row] = []
     for name in track(names, "sets", console=console):
         case = case_of(name, known[name]())
-        rows += [row_of(case, method, config) for method in METHODS]
+        rows += [row_of(case, method, config) for method in methods]
     console.print(table_of(rows))
     config.out.mkdir(parents=True, exist_ok=True)
     write_json(config.out / "table.json", [row._asdict() for row in rows], allow_nan=True)
