@@ -1,5 +1,6 @@
 """Claims as parts of a page: one line each, or a section with every figure."""
 
+from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
@@ -29,8 +30,9 @@ def headlines(claim: Mapping[str, Any]) -> str:
     if len(found) == 1:
         return shown_finding(found[0]) + claim["unit"]
     if len(found) > 4:
-        reached = sum(finding["verdict"] == "reproduced" for finding in found)
-        return f"reproduced in {reached} of {len(found)} conditions"
+        return f"of {len(found)} conditions: " + ", ".join(
+            f"{n} {verdict}" for verdict, n in Counter(finding["verdict"] for finding in found).most_common()
+        )
     return "; ".join(f"{finding['conditions']} {shown_finding(finding)}{claim['unit']}" for finding in found)
 
 

@@ -144,9 +144,12 @@ def equivalence_p(
 def combined(verdicts: Sequence[str]) -> str:
     """One verdict of several conditions: partly where they are not all the same, none where one has none.
 
-    Conditions in which nothing could show what is claimed do not count, unless there are no others.
+    Conditions in which nothing could show what is claimed neither confirm nor refute it: beside others that
+    do not show it they do not count, beside those that do, the claim holds in a part of what it is about.
     """
-    found = set(verdicts) - {NO_POWER} or set(verdicts) or {NOT_RUN}
+    found = set(verdicts) or {NOT_RUN}
+    if len(found) > 1 and found != {NO_POWER, REPRODUCED}:
+        found -= {NO_POWER}
     if len(found) == 1:
         return found.pop()
     return next((none for none in (NOT_RUN, FEW, UNDECIDED) if none in found), PARTLY)

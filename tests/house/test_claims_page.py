@@ -39,3 +39,10 @@ def test_every_figure_is_there_with_its_picture_and_run(claims: dict[str, Any]) 
         assert of["run"]["command"].startswith(f"wifipgo reproduce {name} ")
         assert len(of["run"]["date"]) == len("2026-01-01")
         assert of["claims"]
+
+
+def test_no_verdict_rests_on_one_root(claims: dict[str, Any]) -> None:
+    for name, of in claims["figures"].items():
+        assert len(of["run"]["roots"]) >= 8, name
+        assert of["run"]["trials"] in {0, 10, 60}, name
+        assert not {claim["verdict"] for claim in of["claims"]} & {"not run", "too few trials"}, name
