@@ -173,14 +173,15 @@ def _finite(value: float) -> float | None:
 
 
 _INTRODUCTION = f"""\
-The same worlds (rules and noise of `paper-hw-2`, four boxes of wood, brick, plasterboard and steel) under a
-radio that grows harder: signals that only lose power along the straight line and through boxes; reflected
-twice at most; bent at edges; scattered, with lost packets (`radio-real-2-obstacles`); and at last directions
-with the errors of a public Wi-Fi run, normal with a median of 9 degrees ({REAL_SIGMA_DEG} deg) that last
-(correlation {REAL_MEMORY} from iteration to iteration). Who explores by direction is left out there. Beside
-active and random rendezvous stand policies that ask what a direction is worth: a called robot that climbs the
-strength of the signal, one that knows the distance only, one that takes any direction, one that is told the
-true one; and two that explore, one of them away from where it hears the other."""
+The same worlds (rules and noise of `paper-hw-2`, four boxes of wood, brick, plasterboard and steel)
+under a radio that grows harder: signals that only lose power along the straight line and through boxes;
+reflected twice at most; bent at edges; scattered, with lost packets and people about
+(`radio-real-2-obstacles`); at last directions with the errors of a public Wi-Fi run, normal with a
+median of 9 degrees ({REAL_SIGMA_DEG} deg) that last (correlation {REAL_MEMORY} from iteration to
+iteration). Who explores by direction is left out there. Beside active and random rendezvous stand
+policies that ask what a direction is worth: a called robot that climbs the strength of the signal, one
+that knows the distance only, one that takes any direction, one that is told the true one; and two that
+explore, one of them away from where it hears the other."""
 _RANKING = """\
 Whether a policy's Err is surely less than that of active (-), surely more (+), or neither (=): by the 95 %
 interval of their ratio."""

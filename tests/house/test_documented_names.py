@@ -18,7 +18,15 @@ FILE = re.compile(r"`((?:wifipgo|envs|baselines|train|benchmarks|examples|tests)
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)(?:#[^)]*)?\)")
 # Settings of a training file, whose tables are called as packages are; files that a training writes.
 SETTINGS = {
-    *("envs.endless", "envs.interface", "envs.n_envs", "envs.n_phases", "envs.n_workers", "envs.others", "envs.overrides"),
+    *(
+        "envs.endless",
+        "envs.interface",
+        "envs.n_envs",
+        "envs.n_phases",
+        "envs.n_workers",
+        "envs.others",
+        "envs.overrides",
+    ),
     "training.npz",
 }
 GLOSSARY = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
