@@ -163,6 +163,8 @@ class Team(NamedTuple):
         last_met: Iteration of each robot's last rendezvous; 0 before the first.
         met: Groups of rows that met in this iteration.
         bytes_sent: Over the links of each world, so far.
+        airtime_s: Of the messages by which robots that met solved, if the back-end sends any, so far: at the
+            rates of their links there, one message after another.
         under_way_bytes: What of the exchange that each pair is in the middle of is over the link.
     """
 
@@ -172,6 +174,7 @@ class Team(NamedTuple):
     last_met: Int[np.ndarray, " robots"]
     met: tuple[tuple[int, ...], ...]
     bytes_sent: Int[np.ndarray, " worlds"]
+    airtime_s: Float[np.ndarray, " worlds"]
     under_way_bytes: Float[np.ndarray, "robots peers"]
 
 

@@ -221,7 +221,7 @@ def _episode(
         threshold=threshold,
         n_meetings=len(meetings),
         coverage=float(recording.coverage[world]),
-        bytes_sent=end.bytes_sent,
+        end=end,
     )
     return Episode(
         policy=policy,
@@ -238,7 +238,7 @@ def _episode(
 
 
 def _figures(
-    steps: Steps, *, threshold: float, n_meetings: int, coverage: float, bytes_sent: int
+    steps: Steps, *, threshold: float, n_meetings: int, coverage: float, end: End
 ) -> dict[str, float]:
     """The episode in numbers; errors against truth are the team's at the end (Eqs. 12 and 13)."""
     return {
@@ -251,7 +251,8 @@ def _figures(
         "coverage": coverage,
         "bumps": int(steps["bumps"][-1].sum()),
         "distance_m": float(steps["distance_m"][-1].sum()),
-        "bytes_sent": bytes_sent,
+        "bytes_sent": end.bytes_sent,
+        "airtime_s": end.airtime_s,
         "n_steps": len(steps["err"]),
     }
 

@@ -51,12 +51,14 @@ class End(NamedTuple):
         reference: True trajectories.
         estimate: As the robots believe them.
         bytes_sent: Over all links.
+        airtime_s: Of messages of a back-end that sends any.
         layout: Walls and obstacles.
     """
 
     reference: Float[np.ndarray, "robots times 3"]
     estimate: Float[np.ndarray, "robots times 3"]
     bytes_sent: int
+    airtime_s: float
     layout: Layout
 
     @classmethod
@@ -64,7 +66,9 @@ class End(NamedTuple):
         """As world ``k`` stands."""
         world, (truth, belief) = _together(env)
         true, believed = (world.rows.by_world(x)[k].copy() for x in (truth.poses, belief.paths.estimate))
-        return cls(true, believed, int(belief.team.bytes_sent[k]), world.layouts[k])
+        team = belief.team
+        sent, airtime_s = int(team.bytes_sent[k]), float(team.airtime_s[k])
+        return cls(true, believed, sent, airtime_s, world.layouts[k])
 
 
 def _together(env: RendezvousVectorEnv) -> tuple[World, Tick]:

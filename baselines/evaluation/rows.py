@@ -17,6 +17,7 @@ _FIGURES = (
     ("distance_m", "distance, team (m)", 1.0, 0),
     ("bumps", "bumps", 1.0, -1),
     ("bytes_sent", "sent in all (kB)", 1e3, 0),
+    ("airtime_s", "solving by messages (s on the air)", 1.0, 0),
     ("n_steps", "iterations", 1.0, 0),
 )
 # Field of the comparison, the figure that it compares, how, and what to call it.

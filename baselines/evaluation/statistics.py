@@ -39,6 +39,7 @@ FIGURES: Mapping[str, str] = {
     "bumps": "count",
     "distance_m": "m",
     "bytes_sent": "byte",
+    "airtime_s": "s",
     "n_steps": "count",
 }
 

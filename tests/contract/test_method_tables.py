@@ -76,9 +76,9 @@ def test_a_back_end_is_one_row(monkeypatch: pytest.MonkeyPatch) -> None:
         GraphConfig(backend="stay", outliers="bearing")
     scenario = scenario_named("paper-hw-2", n_steps=2, backend="stay", message_loss=0.2)
     _, tick = start(scenario, Streams.for_episode(3, 0))
-    believed, rng = tick.belief, np.random.default_rng(0)
+    believed, channel = tick.belief, Channel(loss=0.2, rng=np.random.default_rng(0))
     meetings = wifipgo.loop.exchange._meet(
-        believed.paths, believed.log, believed.team, [[0, 1]], cfg=scenario.graph, chances=[rng]
+        believed.paths, believed.log, believed.team, [[0, 1]], cfg=scenario.graph, channels=[channel]
     )
     assert meetings.served == (True,)
     assert (meetings.bytes_sent >= 2 * 24).all()

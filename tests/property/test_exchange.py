@@ -8,6 +8,7 @@ from support.stacked_graphs import TeamGraph, stacked, team_graph
 
 from wifipgo.graph.anchor_bearings import NO_PINGS
 from wifipgo.loop.exchange import exchange
+from wifipgo.loop.routes import LOWEST_MBIT_S, routed_mbit_s
 from wifipgo.rendezvous import Calls
 from wifipgo.rows import Generators
 from wifipgo.scenarios import Scenario, scenario_named
@@ -38,6 +39,7 @@ def state(graph: TeamGraph, worlds: list[int]) -> tuple[Paths, MeasurementLog, T
         last_met=np.zeros(n, dtype=int),
         met=(),
         bytes_sent=np.arange(len(worlds)) * 0,
+        airtime_s=np.zeros(len(worlds)),
         under_way_bytes=np.zeros(rate[rows].shape),
     )
     log = MeasurementLog(graph.edges, graph.bearings, NO_PINGS)
@@ -76,6 +78,7 @@ def test_a_world_among_others_meets_as_alone(how: dict[str, Any]) -> None:
             np.testing.assert_array_equal(getattr(team, name)[rows], getattr(own_team, name))
         np.testing.assert_array_equal(team.calls.callee[rows], own_team.calls.callee)
         assert team.bytes_sent[k] == own_team.bytes_sent[0]
+        assert team.airtime_s[k] == own_team.airtime_s[0]
     assert (team.bytes_sent > 0).tolist() == [True, False, True]
 
 
@@ -90,3 +93,31 @@ def test_what_a_meeting_loses_does_not_depend_on_the_meetings_before() -> None:
         exchange(paths, log, team, before, scenario=scenario, rng=rng)
         found.append(exchange(paths, log, team, rate, scenario=scenario, rng=rng)[2].bytes_sent)
     np.testing.assert_array_equal(found[0], found[1])
+
+
+@pytest.mark.parametrize("backend", ["distributed", "two_level"])
+def test_messages_take_the_time_of_the_links_where_robots_meet(backend: str) -> None:
+    """At half the rate the same poses and bytes, and twice the time beside that of packets' preambles."""
+    scenario = scenario_named("paper-sim-2", n_robots=N, kappa=KAPPA, backend=backend, q_mbit_s=1.0)
+    paths, log, team, rate = state(stacked(TEAMS[:1]), [0])
+    found = []
+    for share in (0.02, 0.01, 0.005):
+        rng = Generators([np.random.default_rng(0)])
+        found.append(exchange(paths, log, team, share * rate, scenario=scenario, rng=rng))
+    for k in (1, 2):
+        np.testing.assert_array_equal(found[k][0].estimate, found[0][0].estimate)
+        np.testing.assert_array_equal(found[k][2].bytes_sent, found[0][2].bytes_sent)
+    airtime_s = [team.airtime_s for *_, team in found]
+    np.testing.assert_allclose(airtime_s[2] - airtime_s[1], 2.0 * (airtime_s[1] - airtime_s[0]))
+    assert airtime_s[0] > 0.0
+
+
+def test_who_is_out_of_reach_is_relayed() -> None:
+    """Two links of 10 and 40 Mb/s in a row carry 8; a detour that is quicker than a slow link is taken."""
+    rate = np.zeros((6, 3))
+    rate[3:] = [[0.0, 10.0, 0.0], [10.0, 0.0, 40.0], [0.0, 40.0, 0.0]]
+    assert routed_mbit_s(rate, [3, 4, 5])(3, 5) == pytest.approx(8.0)
+    rate[3, 2] = rate[5, 0] = 2.0
+    assert routed_mbit_s(rate, [3, 4, 5])(5, 3) == pytest.approx(8.0)
+    assert routed_mbit_s(rate, [3, 5])(5, 3) == pytest.approx(2.0)
+    assert routed_mbit_s(rate, [0, 1])(0, 1) == LOWEST_MBIT_S

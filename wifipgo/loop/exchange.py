@@ -4,7 +4,7 @@ A rendezvous is an exchange: trajectories, measurements and bearings. Under the 
 "at_rendezvous" it is also the only time at which poses are optimised (Eq. 3).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from wifipgo.graph.distributed import Channel
 from wifipgo.graph.edges import Edges, group_of, refresh_reported_within
 from wifipgo.graph.outliers.methods import OUTLIER_METHODS
 from wifipgo.graph.per_robot_smoothing import PerRobotSmoothers
+from wifipgo.loop.routes import routed_mbit_s
 from wifipgo.loop.transfer import BYTES_PER_POSE, transferred
 from wifipgo.rendezvous import NOBODY, due_groups
 from wifipgo.rows import Chance, Rows, draw_keys
@@ -37,12 +38,14 @@ class Meetings(NamedTuple):
         paths: Poses of all robots, and covariances of the last.
         edges: Measurements, with what those that met told each other.
         bytes_sent: Exchanged by each group.
+        airtime_s: Of the messages by which each group's robots solved, at the rates of its links.
         served: Whether each group's robots know what they met for; if not they try again.
     """
 
     paths: Paths
     edges: Edges
     bytes_sent: Int[np.ndarray, " groups"]
+    airtime_s: Float[np.ndarray, " groups"]
     served: tuple[bool, ...]
 
 
@@ -79,10 +82,13 @@ def exchange(
     groups = due_groups(observed, rate_mbit_s, kappa=kappa, q_mbit_s=q_mbit_s)
     if not groups:
         return paths, log, team
-    meetings = _meet(paths, log, team, groups, cfg=scenario.graph, chances=_chances(keys, groups, rows))
+    rates = [routed_mbit_s(rate_mbit_s, group) for group in groups]
+    channels = _channels(scenario.graph, rates, _chances(keys, groups, rows))
+    meetings = _meet(paths, log, team, groups, cfg=scenario.graph, channels=channels)
     world = rows.world(np.array([group[0] for group in groups]))
     sent = np.bincount(world, meetings.bytes_sent, minlength=rows.n_worlds).astype(np.int64)
-    team = team._replace(bytes_sent=team.bytes_sent + sent)
+    airtime_s = np.bincount(world, meetings.airtime_s, minlength=rows.n_worlds)
+    team = team._replace(bytes_sent=team.bytes_sent + sent, airtime_s=team.airtime_s + airtime_s)
     served = [group for group, known in zip(groups, meetings.served, strict=True) if known]
     return meetings.paths, log._replace(edges=meetings.edges), _met(team, served, paths.t)
 
@@ -96,6 +102,18 @@ def _chances(
     return [
         np.random.default_rng([int(keys[group[0] // rows.n_robots]), *(row % rows.n_robots for row in group)])
         for group in groups
+    ]
+
+
+def _channels(
+    cfg: GraphConfig,
+    rates: Sequence[Callable[[int, int], float]],
+    chances: Sequence[np.random.Generator | None],
+) -> list[Channel]:
+    """A channel a group; what it carries takes its time on the links as they are now."""
+    return [
+        Channel(loss=cfg.message_loss, attempts=_ATTEMPTS, rng=rng, rate_mbit_s=rate)
+        for rate, rng in zip(rates, chances, strict=True)
     ]
 
 
@@ -134,7 +152,7 @@ def _meet(
     groups: Sequence[Group],
     *,
     cfg: GraphConfig,
-    chances: Sequence[np.random.Generator | None],
+    channels: Sequence[Channel],
 ) -> Meetings:
     """Exchange what the way of solving needs, solve (Eq. 3), and tell each other the new poses.
 
@@ -142,9 +160,9 @@ def _meet(
     when they came.
     """
     if cfg.incremental:
-        return Meetings(paths, log.edges, _bytes_of_news(paths, log, team, groups), (True,) * len(groups))
+        news, still = _bytes_of_news(paths, log, team, groups), np.zeros(len(groups))
+        return Meetings(paths, log.edges, news, still, (True,) * len(groups))
     backend = BACKENDS[cfg.backend]
-    channels = [Channel(loss=cfg.message_loss, attempts=_ATTEMPTS, rng=rng) for rng in chances]
     found = cfg.solve(
         paths.estimate,
         log.edges,
@@ -161,7 +179,8 @@ def _meet(
     solved = [(group, one) for group, one in zip(groups, found, strict=True) if one is not None]
     paths = _optimised(paths, solved)
     edges = refresh_reported_within(log.edges, paths.estimate, groups=[group for group, _ in solved])
-    return Meetings(paths, edges, n_bytes, tuple(one is not None for one in found))
+    airtime_s = np.array([channel.airtime_s for channel in channels])
+    return Meetings(paths, edges, n_bytes, airtime_s, tuple(one is not None for one in found))
 
 
 def _optimised(paths: Paths, solved: Sequence[tuple[Group, Solution]]) -> Paths:

@@ -107,5 +107,6 @@ def _strangers(rows: Rows, scenario: Scenario) -> Team:
         last_met=np.zeros(n, dtype=int),
         met=(),
         bytes_sent=np.zeros(rows.n_worlds, dtype=int),
+        airtime_s=np.zeros(rows.n_worlds),
         under_way_bytes=np.zeros((n, rows.n_robots)),
     )

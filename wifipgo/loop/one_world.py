@@ -96,6 +96,7 @@ def _team(team: Team, k: int, own: slice) -> Team:
         last_met=team.last_met[own],
         met=tuple(tuple(row - own.start for row in group) for group in met),
         bytes_sent=team.bytes_sent[[k]],
+        airtime_s=team.airtime_s[[k]],
         under_way_bytes=team.under_way_bytes[own],
     )
 
