@@ -55,7 +55,7 @@ def test_stretches_spare_rounds_where_a_team_bends_slowly() -> None:
     """A ring of robots, each tied to the next at one place only: blocks alone hand errors on one by one."""
     rounds = {}
     for stretches in (0, 4):
-        _, graph = random_graph(3, dims=3, robots=6, poses=10, meetings=0, start_noise=0.1)
+        _, graph = random_graph(3, dims=3, robots=6, poses=6, meetings=0, start_noise=0.1)
         _, report, _ = solve_two_level(
             graph, config=TwoLevelConfig(stretches=stretches, accuracy=1e-3, least_fall=1e-6)
         )
@@ -103,12 +103,12 @@ def test_robots_that_do_not_wait_do_not_need_to() -> None:
     """Quick links, links slower than a step, and none: late values cost accuracy in a given time."""
     _, graph = random_graph(2, dims=3, start_noise=0.1)
     expected, _ = solve_graph(graph)
-    config, cost = AsynchronousConfig(period_s=0.1, horizon_s=1.5), []
+    config, cost = AsynchronousConfig(period_s=0.1, horizon_s=0.8), []
     for mbit_s in (6.5, 2e-3, 0.0):
         rows, report = solve_asynchronously(
             graph, graph.poses, rate_mbit_s=partial(link, mbit_s=mbit_s), config=config
         )
         cost.append(float(chi_squares(graph, rows).sum()))
-        assert 30 <= report.steps <= 45
+        assert 15 <= report.steps <= 24
     assert float(chi_squares(graph, expected).sum()) < cost[0] < cost[1] < cost[2]
     assert cost[2] < float(chi_squares(graph, graph.poses).sum())
