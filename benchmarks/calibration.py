@@ -3,7 +3,8 @@
 Run: ``wifipgo bench calibration [--scenarios NAME ...] [--rooms N] [--out DIR]``. Robots stand in rooms of
 the scenario, and each turns to every other, in several runs: between runs they are put back to a few
 centimetres, and the receiver's noise is another. Quantiles of the absolute error are held against those of
-the recordings: a scenario is calibrated where each is within 25 %. Within a place: standard deviation over
+the recordings: a scenario is calibrated where each is within 25 %. Behind each quantile is its standard
+error over rooms, by bootstrap: bearings of one room share its boxes. Within a place: standard deviation over
 its runs, median of places. Between places: standard deviation of their means, errors beyond 20 degrees left
 out. DIR has ``calibration.parquet``, a row for each bearing, and ``calibration.png``.
 """
@@ -34,10 +35,10 @@ from wifipgo.scenarios import Scenario, scenario_named
 from wifipgo.streams import Streams
 
 REAL = ("radio-real-2", "radio-real-2-obstacles", "radio-real-10")
-N_ROBOTS, N_RUNS, PUT_BACK_M, ROOMS_AT_ONCE = 10, 4, 0.02, 16
+N_ROBOTS, N_RUNS, PUT_BACK_M, ROOMS_AT_ONCE = 5, 4, 0.02, 32
 QUANTILES, WITHIN = (50, 75, 90), 0.25
 RECORDED, SIGHTS = "recordings", ("in sight", "beyond sight")
-LEAST_ROOMS = 10
+LEAST_ROOMS, N_RESAMPLES = 10, 200
 _DESCRIBED = "docs/howto/data.md says what the recordings are and where they come from"
 
 
@@ -46,7 +47,7 @@ class CalibrationConfig:
     """What is compared with which recordings."""
 
     scenarios: Annotated[tuple[str, ...], tyro.conf.arg(help="Scenarios, by name or file.")] = REAL
-    rooms: Annotated[int, tyro.conf.arg(help="Rooms of each, at least 10.")] = 48
+    rooms: Annotated[int, tyro.conf.arg(help="Rooms of each, at least 10.")] = 192
     seed: Annotated[int, tyro.conf.arg(help="Root of all rooms.")] = 0
     data: Annotated[Path, tyro.conf.arg(help="Folder of recordings, or a pack.")] = DATA
     out: Annotated[Path | None, tyro.conf.arg(help="Write table and picture to this folder.")] = None
@@ -62,6 +63,7 @@ class Spread(NamedTuple):
     Attributes:
         links: Bearings.
         quantiles_deg: Of the absolute error, at `QUANTILES`.
+        stderr_deg: Of the quantiles, over rooms drawn again; of recordings over places.
         gross: Share beyond 20 degrees.
         within_deg: Spread over runs of one place; nan where there is one run of each.
         between_deg: Spread of the means of places.
@@ -69,22 +71,33 @@ class Spread(NamedTuple):
 
     links: int
     quantiles_deg: Float[np.ndarray, " quantiles"]
+    stderr_deg: Float[np.ndarray, " quantiles"]
     gross: float
     within_deg: float
     between_deg: float
 
 
 def spread_of(rows: pd.DataFrame) -> Spread:
-    """Figures of bearings, of which those with the same ``place`` are runs of one place."""
+    """Figures of bearings: those of one ``place`` are its runs, and those of one ``room`` depend."""
     error_deg = rows["error_deg"].to_numpy(float)
     usual = rows[np.abs(error_deg) <= GROSS_DEG].groupby("place")["error_deg"]
     return Spread(
         len(rows),
         np.percentile(np.abs(error_deg), QUANTILES),
+        stderr_of_quantiles(rows),
         float(np.mean(np.abs(error_deg) > GROSS_DEG)),
         float(usual.std().median()),
         float(usual.mean().std()),
     )
+
+
+def stderr_of_quantiles(rows: pd.DataFrame) -> Float[np.ndarray, " quantiles"]:
+    """Standard deviation of the quantiles over whole rooms drawn with replacement."""
+    by_room = [np.abs(room.to_numpy(float)) for _, room in rows.groupby("room", sort=False)["error_deg"]]
+    rng = np.random.default_rng(0)
+    drawn = rng.integers(len(by_room), size=(N_RESAMPLES, len(by_room)))
+    quantiles = [np.percentile(np.concatenate([by_room[k] for k in again]), QUANTILES) for again in drawn]
+    return np.std(quantiles, axis=0)
 
 
 def recorded_rows(data: Path) -> pd.DataFrame:
@@ -105,10 +118,12 @@ def recorded_rows(data: Path) -> pd.DataFrame:
 
 def _recorded_row(link: Link) -> dict[str, Any]:
     off_rad = math.remainder(bearing(link).azimuth_rad - link.truth_rad, math.tau)
+    place = f"{link.set_name}/{link.place}/{link.transmitter}"
     return {
         "scenario": RECORDED,
         "sight": SIGHTS["NLOS" in link.set_name.upper()],
-        "place": f"{link.set_name}/{link.place}/{link.transmitter}",
+        "place": place,
+        "room": place,
         "error_deg": math.degrees(off_rad),
     }
 
@@ -131,7 +146,10 @@ def _rows_of(scenario: Scenario, first: int, end: int, seed: int) -> pd.DataFram
         errors = bearings(poses, world, scenario, streams)
         sight = np.where(errors.in_sight, *SIGHTS)
         place = np.arange(len(sight)) + first * N_ROBOTS * (N_ROBOTS - 1)
-        rows = pd.DataFrame({"sight": sight, "place": place.astype(str), "error_deg": errors.deg})
+        room = (place // (N_ROBOTS * (N_ROBOTS - 1))).astype(str)
+        rows = pd.DataFrame(
+            {"sight": sight, "place": place.astype(str), "room": room, "error_deg": errors.deg}
+        )
         found.append(rows[errors.heard])
     return pd.concat(found, ignore_index=True)
 
@@ -160,7 +178,8 @@ def show(spreads: dict[tuple[str, str], Spread], console: Console) -> None:
     for (name, sight), found in spreads.items():
         off = 0.0 if name == RECORDED else off_by(found, spreads[RECORDED, sight])
         verdict = "" if name == RECORDED else f"{100 * off:.0f} %" + ("" if off <= WITHIN else ", too far")
-        quantiles = [f"{one:.2f}" for one in found.quantiles_deg]
+        figures = zip(found.quantiles_deg, found.stderr_deg, strict=True)
+        quantiles = [f"{one:.2f} +- {stderr:.2f}" for one, stderr in figures]
         spread = [f"{one:.2f}" if np.isfinite(one) else "" for one in (found.within_deg, found.between_deg)]
         table.add_row(
             sight, name, str(found.links), *quantiles, f"{100 * found.gross:.1f} %", *spread, verdict

@@ -14,7 +14,9 @@ from wifipgo.errors import BadInputError
 
 def rows_of(scenario: str, sight: str, errors_deg: np.ndarray, *, n_runs: int = 1) -> pd.DataFrame:
     place = np.repeat(np.arange(len(errors_deg) // n_runs), n_runs).astype(str)
-    return pd.DataFrame({"scenario": scenario, "sight": sight, "place": place, "error_deg": errors_deg})
+    return pd.DataFrame(
+        {"scenario": scenario, "sight": sight, "place": place, "room": place, "error_deg": errors_deg}
+    )
 
 
 def test_spreads_are_those_that_the_rows_were_drawn_with() -> None:
@@ -27,6 +29,14 @@ def test_spreads_are_those_that_the_rows_were_drawn_with() -> None:
     normal = np.hypot(3.0, 0.5) * np.array([0.6745, 1.1503, 1.6449])
     np.testing.assert_allclose(found.quantiles_deg, normal, rtol=0.05)
     assert found.gross < 1e-3
+
+
+def test_the_standard_error_counts_rooms_not_bearings() -> None:
+    """400 uniform errors, each twenty times in its room: sqrt(p (1 - p) / 400) / density."""
+    errors_deg = np.repeat(np.random.default_rng(2).uniform(0.0, 10.0, 400), 20)
+    found = spread_of(rows_of("mine", SIGHTS[0], errors_deg, n_runs=20))
+    share = np.array(calibration.QUANTILES) / 100.0
+    np.testing.assert_allclose(found.stderr_deg, 10.0 * np.sqrt(share * (1.0 - share) / 400), rtol=0.35)
 
 
 def test_a_scenario_that_is_twice_as_wrong_is_off_by_its_whole() -> None:
