@@ -205,7 +205,7 @@ def compared(scenarios: Sequence[str], n_rooms: int, seed: int, data: Path) -> p
 def main(config: CalibrationConfig) -> None:
     """Measure, show, write."""
     rows = compared(config.scenarios, config.rooms, config.seed, config.data)
-    show(report(rows), Console(width=None if sys.stdout.isatty() else 140))
+    show(report(rows), Console(width=None if sys.stdout.isatty() else 160))
     if config.out is not None:
         write(rows, config.out)
 
