@@ -8,6 +8,8 @@ import pytest
 from support.graphs import random_graph
 
 from wifipgo.errors import TextFileError
+from wifipgo.graph.files.g2o import write_g2o
+from wifipgo.graph.files.graph_files import read_graph
 from wifipgo.graph.files.tum_kitti import read_kitti, read_tum, write_kitti, write_tum
 
 GOOD = "0.5 1 2 3 0 0 0 1"
@@ -26,6 +28,15 @@ def test_both_kinds_hold_the_same_poses(tmp_path: Path) -> None:
         sign = np.sign((poses[:, 3:] * other[:, 3:]).sum(axis=1, keepdims=True))
         np.testing.assert_allclose(other[:, :3], poses[:, :3], atol=1e-12)
         np.testing.assert_allclose(other[:, 3:] * sign, poses[:, 3:], atol=1e-12)
+
+
+def test_places_may_be_text(tmp_path: Path) -> None:
+    truth, graph = random_graph(1)
+    write_tum(str(tmp_path / "tum"), graph, truth)
+    write_g2o(str(tmp_path / "graph.g2o"), graph)
+    assert len(read_tum(str(tmp_path / "tum" / "0.txt"))[0]) == np.sum(graph.robot == 0)
+    read = read_graph(str(tmp_path / "graph.g2o")).graph
+    np.testing.assert_allclose(read.poses, graph.poses, atol=1e-9)
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])

@@ -27,7 +27,7 @@ COLUMNS = ("observer", "observer_pose", "target", "target_pose", "azimuth_deg")
 Ends = tuple[int, int, int, int]
 
 
-def read_bearings(path: Path, graph: PoseGraph) -> Bearings:
+def read_bearings(path: str | Path, graph: PoseGraph) -> Bearings:
     """Read directions between poses of a graph.
 
     Raises:
@@ -35,6 +35,7 @@ def read_bearings(path: Path, graph: PoseGraph) -> Bearings:
             there is none; names file and line.
         OSError: The file cannot be read.
     """
+    path = Path(path)
     lines, source = read_lines(path), str(path)
     names = [word.strip() for word in lines[0].split(",")] if lines else []
     missing = [name for name in COLUMNS if name not in names]

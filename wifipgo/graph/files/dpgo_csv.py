@@ -34,7 +34,7 @@ class Row(NamedTuple):
     tau: float
 
 
-def read_dpgo_csv(path: Path) -> Reading:
+def read_dpgo_csv(path: str | Path) -> Reading:
     """Read one file, or a folder of them; a measurement that two files have counts once.
 
     There are no poses in the files: they begin at a first guess along the odometry.
@@ -46,6 +46,7 @@ def read_dpgo_csv(path: Path) -> Reading:
         GraphFileError: A line is malformed, a column is missing, or there is no measurement; names the line.
         OSError: A file cannot be read.
     """
+    path = Path(path)
     files = sorted(path.glob("*.csv")) if path.is_dir() else [path]
     require(len(files) > 0, "path", "a folder with .csv files", str(path))
     rows: list[Row] = []

@@ -71,7 +71,7 @@ class Reading(NamedTuple):
     format: str = "g2o"
 
 
-def read_g2o(path: Path, *, lenient: bool = False) -> Reading:
+def read_g2o(path: str | Path, *, lenient: bool = False) -> Reading:
     """Read a g2o file, or a folder with one file a robot.
 
     Args:
@@ -85,6 +85,7 @@ def read_g2o(path: Path, *, lenient: bool = False) -> Reading:
         TextFileError: A file is no text, or a word no number.
         OSError: The file cannot be read.
     """
+    path = Path(path)
     paths, left_out = _files(path)
     skipped: Counter[str] = Counter()
     files = [file_lines(file, robot, skipped, lenient=lenient) for file, robot in paths]
@@ -148,7 +149,7 @@ def _kept(file: FileLines) -> list[str]:
 
 
 def write_g2o(
-    path: Path,
+    path: str | Path,
     graph: PoseGraph,
     *,
     keys: UInt[np.ndarray, " poses"] | None = None,
@@ -167,6 +168,7 @@ def write_g2o(
         fixed: Rows of poses that are known: they get a line FIX.
         landmarks: Lines to add as they are.
     """
+    path = Path(path)
     keys = symbols(graph) if keys is None else keys
     known = np.isin(np.arange(len(graph.poses)), [] if fixed is None else fixed)
     used = graph.weight > 0.0

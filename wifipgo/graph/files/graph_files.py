@@ -23,7 +23,7 @@ FORMATS: Mapping[str, Reader] = MappingProxyType(
 OF_FOLDERS = (".g2o", ".csv")  # one file a robot
 
 
-def read_graph(path: Path, *, lenient: bool = False) -> Reading:
+def read_graph(path: str | Path, *, lenient: bool = False) -> Reading:
     """Read a pose graph.
 
     Args:
@@ -35,6 +35,7 @@ def read_graph(path: Path, *, lenient: bool = False) -> Reading:
         BadInputError: It cannot be used; names the line or field.
         OSError: It cannot be read.
     """
+    path = Path(path)
     require(path.exists(), "path", "a file or folder that exists", str(path))
     if not path.is_dir():
         return FORMATS.get(path.suffix.lower(), FORMATS[".g2o"])(path, lenient)

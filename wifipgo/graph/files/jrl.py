@@ -63,7 +63,7 @@ class Measured(NamedTuple):
     skipped: Counter[str]
 
 
-def read_jrl(path: Path, *, lenient: bool = False) -> Reading:
+def read_jrl(path: str | Path, *, lenient: bool = False) -> Reading:
     """Read a data set, ``.jrl`` (JSON) or ``.cbor``.
 
     Poses begin at the initialization; without one at a first guess along the odometry. A prior holds its
@@ -79,6 +79,7 @@ def read_jrl(path: Path, *, lenient: bool = False) -> Reading:
         BadInputError: The file is no JSON or CBOR; a package for CBOR is not installed.
         OSError: It cannot be read.
     """
+    path = Path(path)
     root = Node(content(path), f"{path}:")
     skipped = _unknown_fields(root, lenient=lenient)
     robots = {robot_number(node) for node in root.field("robots").items()}

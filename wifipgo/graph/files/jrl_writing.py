@@ -19,7 +19,7 @@ Solutions = Mapping[int, Mapping[tuple[int, int], list[float]]]
 
 
 def write_jrl(
-    path: Path,
+    path: str | Path,
     graph: PoseGraph,
     *,
     name: str,
@@ -42,6 +42,7 @@ def write_jrl(
     Raises:
         ValueError: There are more robots than letters.
     """
+    path = Path(path)
     letters, keys = letters_of(graph.robots), symbols(graph).tolist()
     table: dict[str, object] = {
         "name": name,
@@ -57,7 +58,7 @@ def write_jrl(
     write_content(path, table)
 
 
-def write_jrr(path: Path, solutions: Solutions, *, name: str, method: str) -> None:
+def write_jrr(path: str | Path, solutions: Solutions, *, name: str, method: str) -> None:
     """Write results: what each robot holds for its own poses and for those of others that it knows.
 
     Args:
@@ -66,6 +67,7 @@ def write_jrr(path: Path, solutions: Solutions, *, name: str, method: str) -> No
         name: Of the data set.
         method: What found them.
     """
+    path = Path(path)
     letters = letters_of(np.array(sorted(solutions), dtype=np.int64))
     table = {
         letter: [
@@ -77,13 +79,14 @@ def write_jrr(path: Path, solutions: Solutions, *, name: str, method: str) -> No
     write_content(path, {**head, "solutions": table})
 
 
-def read_jrr(path: Path) -> dict[int, dict[tuple[int, int], list[float]]]:
+def read_jrr(path: str | Path) -> dict[int, dict[tuple[int, int], list[float]]]:
     """What each robot holds, by robot: poses by (robot, index).
 
     Raises:
         GraphFileError: A field is missing or is not what it should be; names it.
         OSError: The file cannot be read.
     """
+    path = Path(path)
     root = Node(content(path), f"{path}:")
     return {
         robot_number(Node(letter, node.place)): {place_of(key): row for key, row in poses_of(node).items()}

@@ -43,13 +43,14 @@ class Trajectory(NamedTuple):
 Team = Mapping[int, Trajectory]
 
 
-def read_team(path: Path) -> Team:
+def read_team(path: str | Path) -> Team:
     """Trajectories by robot, see the table above.
 
     Raises:
         BadInputError: A file is not what its name says, or there is none; names the line or field.
         OSError: It cannot be read.
     """
+    path = Path(path)
     require(path.exists(), "path", "a file or folder that exists", str(path))
     if path.is_dir() and (path / "tum").is_dir():
         return read_team(path / "tum")

@@ -17,11 +17,12 @@ from wifipgo.graph.posegraph import PoseGraph, normalised
 ROTATION_ATOL = 0.01  # trajectories are printed with few digits
 
 
-def write_tum(folder: Path, graph: PoseGraph, poses: Float[np.ndarray, "poses dims"]) -> None:
+def write_tum(folder: str | Path, graph: PoseGraph, poses: Float[np.ndarray, "poses dims"]) -> None:
     """Write ``<robot>.txt``, a line a pose: ``index x y z qx qy qz qw``.
 
     The number of the pose stands where TUM has a time stamp; planar poses have z = 0.
     """
+    folder = Path(folder)
     for robot, own, rows in _by_robot(graph, poses):
         lines = (
             " ".join((str(index), *map(repr, row)))
@@ -30,14 +31,15 @@ def write_tum(folder: Path, graph: PoseGraph, poses: Float[np.ndarray, "poses di
         _write(folder / f"{robot}.txt", lines)
 
 
-def write_kitti(folder: Path, graph: PoseGraph, poses: Float[np.ndarray, "poses dims"]) -> None:
+def write_kitti(folder: str | Path, graph: PoseGraph, poses: Float[np.ndarray, "poses dims"]) -> None:
     """Write ``<robot>.txt``, a line a pose: the upper three rows of its 4 x 4 matrix. Numbers are lost."""
+    folder = Path(folder)
     for robot, _, rows in _by_robot(graph, poses):
         matrices = np.concatenate([se3.rotation_matrix(rows[:, 3:]), rows[:, :3, None]], axis=-1)
         _write(folder / f"{robot}.txt", (" ".join(map(repr, m)) for m in matrices.reshape(-1, 12).tolist()))
 
 
-def read_tum(path: Path) -> tuple[Float[np.ndarray, " poses"], Float[np.ndarray, "poses 7"]]:
+def read_tum(path: str | Path) -> tuple[Float[np.ndarray, " poses"], Float[np.ndarray, "poses 7"]]:
     """Time stamps and poses of one TUM file; quaternions are brought to length one.
 
     Raises:
@@ -45,17 +47,19 @@ def read_tum(path: Path) -> tuple[Float[np.ndarray, " poses"], Float[np.ndarray,
             before, or there is none; a frame that is lost, with a quaternion of zeros, is named too.
         TextFileError: A word is no number, or the file no text.
     """
+    path = Path(path)
     table = np.array(_table(path, 8, _check_stamped()))
     return table[:, 0], normalised(table[:, 1:])
 
 
-def read_kitti(path: Path) -> Float[np.ndarray, "poses 7"]:
+def read_kitti(path: str | Path) -> Float[np.ndarray, "poses 7"]:
     """Poses of one KITTI file, a line a pose: the upper three rows of its 4 x 4 matrix.
 
     Raises:
         GraphFileError: A line has no twelve finite numbers or no rotation, or there is none.
         TextFileError: A word is no number, or the file no text.
     """
+    path = Path(path)
     matrix = np.array(_table(path, 12, _check_rotation)).reshape(-1, 3, 4)
     return np.concatenate([matrix[:, :, 3], se3.quaternion(nearest_rotations(matrix[:, :, :3]))], axis=-1)
 

@@ -88,13 +88,14 @@ class _Bodies(NamedTuple):
     end_byte: int
 
 
-def read_csi_log(path: Path) -> CsiLog:
+def read_csi_log(path: str | Path) -> CsiLog:
     """Read a log of either layout.
 
     Raises:
         RecordingError: At the first byte that neither layout allows.
         OSError: If the file cannot be opened.
     """
+    path = Path(path)
     return decode_csi_log(path.read_bytes(), source=str(path))
 
 

@@ -47,7 +47,7 @@ MACS_FILE = (
 )
 
 
-def read_links(path: Path, *, channel: int | None = None) -> list[Link]:
+def read_links(path: str | Path, *, channel: int | None = None) -> list[Link]:
     """Links of a raw run, of a pack, or of all packs (without any: all runs) in a folder.
 
     Args:
@@ -58,6 +58,7 @@ def read_links(path: Path, *, channel: int | None = None) -> list[Link]:
         OSError: If a file is missing.
         ValueError: If a file is not what it should be; `RecordingError` says at which byte.
     """
+    path = Path(path)
     links = [link for part in _parts(path, channel) for link in part]
     if not links:
         raise BadInputError(f"{path}: no links in it")
@@ -81,7 +82,7 @@ def _parts(path: Path, channel: int | None) -> Iterator[list[Link]]:
     yield from (read_run(run, channel=channel) for run in runs)
 
 
-def read_run(folder: Path, *, channel: int | None = None) -> list[Link]:
+def read_run(folder: str | Path, *, channel: int | None = None) -> list[Link]:
     """Links of the runs in a raw folder, one for each ``csi_tx*`` log.
 
     Without a survey, or of a transmitter that it does not name, the truth is not known: nan.
@@ -90,6 +91,7 @@ def read_run(folder: Path, *, channel: int | None = None) -> list[Link]:
         folder: The run.
         channel: Wi-Fi channel where there is no survey.
     """
+    folder = Path(folder)
     about = _survey(folder / TRUTH_FILE, channel)
     stamps = [log.stem.removeprefix("csi_rx_") for log in sorted(folder.glob("csi_rx_*.dat"))]
     return [link for stamp in stamps for link in _run_links(folder, stamp, about)]

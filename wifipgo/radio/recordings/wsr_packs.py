@@ -19,8 +19,9 @@ _DEGREES = {"low": -360.0, "high": 360.0}
 _LARGEST = 1e6  # far more than a report of signed bytes or a position in a room
 
 
-def read_pack(path: Path) -> list[Link]:
+def read_pack(path: str | Path) -> list[Link]:
     """Links of a pack: keys ``meta`` (JSON) and, for link n, ``f{n}``, ``r{n}`` and ``p{n}``."""
+    path = Path(path)
     if not zipfile.is_zipfile(path):
         raise _no_pack(path)
     arrays = read_npz(path)
