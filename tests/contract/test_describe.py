@@ -75,7 +75,7 @@ def test_list_and_help_teach(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["paper-hw-3"], "unknown scenario 'paper-hw-3'; known: paper-hw-2,"),
+        (["paper-hw-3"], "unknown scenario 'paper-hw-3'; known: link-binds,"),
         (["none.toml"], "none.toml: No such file"),
         (["--set", "n_obstacle=4"], "unknown scenario field 'n_obstacle'; known: "),
         (["--set", "size_m"], "must be KEY=VALUE"),

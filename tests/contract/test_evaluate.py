@@ -179,7 +179,7 @@ def test_a_folder_that_is_no_evaluation_is_never_replaced(tmp_path: Path) -> Non
     ("arguments", "message"),
     [
         (["--trials", "0"], "trials must be >= 1, got 0"),
-        (["--scenario", "[red]x"], "unknown scenario '[red]x'; known: paper-hw-2,"),
+        (["--scenario", "[red]x"], "unknown scenario '[red]x'; known: link-binds,"),
         (["--policies", "active,nobody"], "unknown policy 'nobody'; known: active,"),
         (["--policies", "active:gain=1"], "'gain'; known: caller_drives, err_threshold"),
         (["--policies", "random:gain=1"], "'gain'; known: none"),

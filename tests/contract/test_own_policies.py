@@ -140,8 +140,14 @@ def test_objects_and_classes_play_from_python() -> None:
         ("list", "answer of policy 'mine' must be a dict with one action for each agent, got [["),
         ("missing", "policy 'mine' must give robot_1 an action, got actions for robot_0"),
         ("unknown", "must be for one of robot_0, robot_1, got one for 'robot_7'"),
-        ("shape", "for robot_1 must be of shape (3,), a waypoint and a call, got (2,)"),
-        ("choice", "for robot_1 must be of shape (3,), a waypoint and a call, got ()"),
+        (
+            "shape",
+            "for robot_1 must be of shape (3,), a waypoint and a call: actions are continuous, got (2,)",
+        ),
+        (
+            "choice",
+            "for robot_1 must be of shape (3,), a waypoint and a call: actions are continuous, got ()",
+        ),
         ("nan", "for robot_1 must be finite, got [0.0, nan, 0.0]"),
         ("text", "for robot_1 must be 3 numbers, got"),
     ],

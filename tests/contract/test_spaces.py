@@ -13,7 +13,7 @@ from support.wild_drives import HARD, SMALL, WHOLE, Trial, check_within
 
 ROOT = Path(__file__).parents[2]
 SHORT = {"n_steps": 25}
-STEPS = {"small": 8400, "hard": 2000, "many": 70}
+STEPS = {"small": 8250, "hard": 2000, "many": 70}
 
 
 def test_teams_stay_in_bounds() -> None:

@@ -25,7 +25,10 @@ from wifipgo.files.folder_lock import held
         ("ppo: 3", "ppo must be a table of keys and values, got 3"),
         ("envs: {scenario: paper-sim-3}", "unknown scenario 'paper-sim-3'; known:"),
         ("envs: {reward: err}", "unknown envs.reward 'err'; known: error"),
-        ("envs: {others: [paper-sim-50]}", "envs.others must be of scenarios with the observations of"),
+        (
+            "envs: {interface: flat, others: [paper-sim-50]}",
+            "envs.others must be of scenarios with the observations of",
+        ),
         ("envs: {n_envs: 2, n_workers: 3}", "envs.n_workers must be in 0..2 (n_envs), got 3"),
         ("ppo: {agent_steps: 0}", "nothing to learn"),
         ("ppo: {critic_only: 2}", "ppo.critic_only must be 0 where imitation.policy is empty"),
@@ -106,7 +109,7 @@ def test_settings_that_ship_are_found_from_anywhere(tmp_path: Path, monkeypatch:
     for other in ("other.yaml", "configs/from-nothing.yaml"):
         assert settings_file(Path(other)) == Path(other)
     with pytest.raises(
-        ValueError, match="unknown training settings 'from-nothin'; known: from-nothing, paper"
+        ValueError, match="unknown training settings 'from-nothin'; known: everywhere, from-nothing, paper"
     ):
         settings_file(Path("from-nothin"))
     Path("from-nothing").write_text("")

@@ -111,7 +111,7 @@ def test_a_failure_leaves_nothing_and_replaces_nothing(
         (["--out", "there.png"], "out must be new (--overwrite replaces what is there), got 'there.png'"),
         (["--out", "folder.png", "--overwrite"], "out must be a file, got 'folder.png'"),
         (["--out", "/proc/run.mp4"], "out must be in a folder that takes files (No such file or directory)"),
-        (["--out", "run.png", "--scenario", "paper"], "unknown scenario 'paper'; known: paper-hw-2,"),
+        (["--out", "run.png", "--scenario", "paper"], "unknown scenario 'paper'; known: link-binds,"),
         (["--out", "run.png", "--policy", "nobody"], "unknown policy 'nobody'; known: active,"),
         (["--out", "run.png", "--policy", "active:gain=1"], "'gain'; known: "),
         (["--out", "run.png", "--set", "n_obstacle=4"], "unknown scenario field 'n_obstacle'; known: "),

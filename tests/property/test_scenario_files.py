@@ -127,7 +127,7 @@ def test_a_base_may_be_a_file_beside_it(tmp_path: Path) -> None:
             r"room\.toml: unknown ArenaConfig\.wall_material 'paper'; known: brick",
         ),
         ("base = 2", r"room\.toml: base must be of type str, got 2"),
-        ('base = "paper"', r"room\.toml: unknown scenario 'paper'; known: paper-hw-2.*FILE\.toml"),
+        ('base = "paper"', r"room\.toml: unknown scenario 'paper'; known: link-binds.*FILE\.toml"),
         ("n_steps = \n", r"room\.toml is not TOML: .*line 1"),
     ],
 )

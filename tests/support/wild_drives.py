@@ -145,7 +145,7 @@ SMALL = [name for name, scenario in SCENARIOS.items() if scenario.n_robots == 2]
 WHOLE = {"max_measurements": 0}  # episodes that nothing ends early
 CROWD = {"size_m": 12.0, "clearance_m": 0.3, "n_steps": 20}
 GROUPS = {
-    "small": [Trial(name, 24, WHOLE, ("flat", "dict")[k % 2]) for k, name in enumerate(SMALL)],
+    "small": [Trial(name, 15, WHOLE, ("flat", "dict")[k % 2]) for k, name in enumerate(SMALL)],
     "hard": [Trial("paper-hw-2", 4, HARD[k], ("flat", "dict")[k % 2]) for k in range(len(HARD))],
     "many": [Trial("paper-sim-50", 1), Trial("paper-sim-50", 1, CROWD, "dict")],
 }
