@@ -4,7 +4,7 @@ A rendezvous is an exchange: trajectories, measurements and bearings. Under the 
 "at_rendezvous" it is also the only time at which poses are optimised (Eq. 3).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -82,8 +82,7 @@ def exchange(
     groups = due_groups(observed, rate_mbit_s, kappa=kappa, q_mbit_s=q_mbit_s)
     if not groups:
         return paths, log, team
-    rates = [routed_mbit_s(rate_mbit_s, group) for group in groups]
-    channels = _channels(scenario.graph, rates, _chances(keys, groups, rows))
+    channels = _channels(scenario.graph, rate_mbit_s, groups, _chances(keys, groups, rows))
     meetings = _meet(paths, log, team, groups, cfg=scenario.graph, channels=channels)
     world = rows.world(np.array([group[0] for group in groups]))
     sent = np.bincount(world, meetings.bytes_sent, minlength=rows.n_worlds).astype(np.int64)
@@ -107,10 +106,16 @@ def _chances(
 
 def _channels(
     cfg: GraphConfig,
-    rates: Sequence[Callable[[int, int], float]],
+    rate_mbit_s: Float[np.ndarray, "rows peers"],
+    groups: Sequence[Group],
     chances: Sequence[np.random.Generator | None],
 ) -> list[Channel]:
-    """A channel a group; what it carries takes its time on the links as they are now."""
+    """A channel a group; what it carries takes its time on the links as they are now.
+
+    Ways through a group are only looked for where messages will take them.
+    """
+    sends = BACKENDS[cfg.backend].sends and not cfg.incremental
+    rates = [routed_mbit_s(rate_mbit_s, group) if sends else None for group in groups]
     return [
         Channel(loss=cfg.message_loss, attempts=_ATTEMPTS, rng=rng, rate_mbit_s=rate)
         for rate, rng in zip(rates, chances, strict=True)
