@@ -33,6 +33,7 @@ from scipy.spatial.distance import cdist
 
 from wifipgo.command.command_line import exit_code
 from wifipgo.command.palette import SERIES
+from wifipgo.data import public_data
 from wifipgo.errors import pick, require
 from wifipgo.files.atomic_files import write_json
 from wifipgo.graph.distributed import (
@@ -51,8 +52,7 @@ from wifipgo.graph.solvers.starts import of_robots
 from wifipgo.radio.channel.csi import RadioConfig
 from wifipgo.radio.channel.rates import rate_and_esnr
 
-BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
-DATA = Path(os.environ.get("WIFIPGO_DATA", BESIDE))
+DATA = public_data()
 CUTS = (5, 10)
 RADIO = RadioConfig(tx_power_dbm=15.0)
 NEAREST_M, LEAST_MBIT_S, SUBCARRIERS = 1.0, 1.0, 56  # below: relayed, at the lowest rate
@@ -118,11 +118,8 @@ def case_of(name: str, graph: PoseGraph) -> Case:
     """A set under the weights of one computer's answer, which robots are not asked to find here."""
     robust = "gnc" if name == "tunnels" else "none"
     best, report = solve_graph(graph, initial="best", robust=robust)
-    weight = np.ones(len(graph.tail))
-    for down in report.downweighted:
-        weight[down.rows] = down.weight
     start = of_robots(graph, graduated=robust == "gnc")
-    weighed = graph.with_weight(graph.weight * weight)
+    weighed = graph.with_weight(graph.weight * report.weights(len(graph.tail)))
     return Case(name, weighed, start, float(chi_squares(weighed, best).sum()), rates_of(graph, best))
 
 

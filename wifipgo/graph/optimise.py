@@ -103,10 +103,8 @@ def optimise(
         poses, report = solve_graph(
             guarded, fixed=fixed, initial=initial, robust=method.loss, max_iterations=max_iterations
         )
-        poses, weight = _put_back(poses, graph, fixed), gated.weight.copy()
+        poses, weight = _put_back(poses, graph, fixed), gated.weight * report.weights(len(gated.weight))
         seconds = time.perf_counter() - begin
-        for down in report.downweighted:
-            weight[down.rows] *= down.weight
         steps = (report.iterations,)
         return Outcome(poses, weight, steps, report.converged, 0, seconds, report.doubt, gated)
     config = TwoLevelConfig() if backend == "two_level" else DistributedConfig(threshold=threshold)

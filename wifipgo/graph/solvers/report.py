@@ -39,3 +39,11 @@ class Report(NamedTuple):
     last_pose_covariances: Float[np.ndarray, "team 3 3"] | None = None
     converged: bool = True
     doubt: str = ""
+
+    def weights(self, n_edges: int) -> Float[np.ndarray, " edges"]:
+        """What is left of the information of each edge, bearings aside; 1 where nothing was taken."""
+        left = np.ones(n_edges)
+        for down in self.downweighted:
+            if down.method != "bearing":
+                left[down.rows] *= down.weight
+        return left
