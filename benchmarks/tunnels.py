@@ -27,6 +27,7 @@ from rich.progress import track
 from rich.table import Table
 
 from wifipgo.command.command_line import exit_code
+from wifipgo.data import public_data
 from wifipgo.datasets import read_tunnels
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import write_json
@@ -37,8 +38,7 @@ from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers.spatial import solve_graph
 from wifipgo.graph.solvers.starts import STARTS
 
-BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
-DATA = Path(os.environ.get("WIFIPGO_DATA", BESIDE))
+DATA = public_data()
 KEPT, CHI2, SECONDS, NEAR_M, GAP = 600, 7600.0, 25.0, 1.0, 0.02  # what is asked for
 BY_ROBOTS = "by the robots"
 
@@ -123,10 +123,8 @@ def central(graph: PoseGraph, start: np.ndarray) -> Answer:
     """What one computer finds."""
     begin = time.process_time()
     rows, report = solve_graph(graph, start, initial="best", robust="gnc")
-    cpu_s, weight = time.process_time() - begin, np.ones(len(graph.tail))
-    for down in report.downweighted:
-        weight[down.rows] = down.weight
-    return Answer(rows, weight, cpu_s)
+    cpu_s = time.process_time() - begin
+    return Answer(rows, report.weights(len(graph.tail)), cpu_s)
 
 
 def by_robots(graph: PoseGraph, first: Answer) -> Row:

@@ -123,7 +123,9 @@ def run(
         missing |= {name: pairs.missing} if pairs.missing else {}
         Terminal().print(accuracy_table(name, found[name], alignment))
     if out is not None:
-        write_json(out, {"alignment": alignment, "delta": delta, "estimates": as_json(found)}, allow_nan=True)
+        estimates_json = {name: accuracy.as_json() for name, accuracy in found.items()}
+        table = {"alignment": alignment, "delta": delta, "estimates": estimates_json}
+        write_json(out, table, allow_nan=True)
         say(f"results: {out}")
     if missing:
         told = "; ".join(f"{name}: {', '.join(map(str, robots))}" for name, robots in missing.items())
@@ -138,17 +140,6 @@ def _teams(paths: Sequence[Path]) -> Mapping[str, Team]:
         name = f"{paths[0]} ... {paths[-1].name}"
         return {name: {robot: line for part in parts for robot, line in part.items()}}
     return {str(path): read_team(path) for path in paths}
-
-
-def as_json(found: Mapping[str, TeamAccuracy]) -> dict[str, object]:
-    """Figures by estimate and robot, in their units."""
-    return {
-        name: {
-            "team": accuracy.team._asdict(),
-            "robots": {str(robot): one._asdict() for robot, one in accuracy.robots.items()},
-        }
-        for name, accuracy in found.items()
-    }
 
 
 def accuracy_table(name: str, accuracy: TeamAccuracy, alignment: str) -> Table:

@@ -69,7 +69,7 @@ def against_truth(truth: Team, reading: Reading, poses: Float[np.ndarray, "poses
         "RPE after, RMSE m": after.team.rpe_m,
         "RPE after, RMSE deg": float(np.rad2deg(after.team.rpe_rad)),
     }
-    return Against(table, {"alignment": ALIGNMENT, "before": _as_json(before), "after": _as_json(after)})
+    return Against(table, {"alignment": ALIGNMENT, "before": before.as_json(), "after": after.as_json()})
 
 
 def incremental(truth: Team, reading: Reading, solve: Solve, *, steps: int) -> dict[str, object]:
@@ -100,9 +100,3 @@ def _among(kept: Bool[np.ndarray, " poses"], rows: Int[np.ndarray, " fixed"]) ->
 
 def _accuracy(rows: Compared) -> TeamAccuracy:
     return team_accuracy(rows.estimate, rows.reference, rows.robot, alignment=ALIGNMENT)
-
-
-def _as_json(accuracy: TeamAccuracy) -> dict[str, object]:
-    """Figures by robot, in their units."""
-    robots = {str(robot): one._asdict() for robot, one in accuracy.robots.items()}
-    return {"team": accuracy.team._asdict(), "robots": robots}

@@ -49,6 +49,11 @@ class TeamAccuracy(NamedTuple):
     robots: dict[int, Accuracy]
     team: Accuracy
 
+    def as_json(self) -> dict[str, object]:
+        """Figures by robot, in their units."""
+        robots = {str(robot): one._asdict() for robot, one in self.robots.items()}
+        return {"team": self.team._asdict(), "robots": robots}
+
 
 class OverTime(NamedTuple):
     """An error in m and rad as estimates grow: of each step, and the mean over steps."""
