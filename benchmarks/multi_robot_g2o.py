@@ -25,6 +25,7 @@ from rich.progress import track
 from rich.table import Table
 
 from wifipgo.command.command_line import exit_code
+from wifipgo.data import public_data
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import write_json
 from wifipgo.files.text_files import read_json
@@ -36,8 +37,7 @@ from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers.spatial import solve_graph
 from wifipgo.graph.subgraphs import anchors, components
 
-BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
-DATA = Path(os.environ.get("WIFIPGO_DATA", BESIDE)) / "g2o"
+DATA = public_data() / "g2o"
 THRESHOLDS = (0.1, 0.01)
 METHODS = {"distributed": 1, "distributed_two_stage": 0}  # name: refinements
 SHORT = {"distributed": "refined", "distributed_two_stage": "two stages"}

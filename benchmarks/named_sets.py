@@ -25,6 +25,7 @@ from rich.progress import track
 from rich.table import Table
 
 from wifipgo.command.command_line import exit_code
+from wifipgo.data import public_data
 from wifipgo.errors import BadInputError, NumericalError, require
 from wifipgo.files.atomic_files import write_json
 from wifipgo.graph.files.graph_files import read_graph
@@ -33,8 +34,7 @@ from wifipgo.graph.posegraph import PoseGraph
 from wifipgo.graph.residuals import chi_squares
 from wifipgo.graph.solvers.starts import STARTS
 
-BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
-DATA = Path(os.environ.get("WIFIPGO_DATA", BESIDE)) / "g2o_single"
+DATA = public_data() / "g2o_single"
 CLOSE = 1e-3
 STIFF = 1e-6  # sigma of gtsam's anchor, m and rad
 ITERATIONS = 500

@@ -7,7 +7,6 @@ DIR these are the folders ``sionna`` and ``sionna_diffraction`` of ``$WIFIPGO_DA
 file unless told otherwise.
 """
 
-import os
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -27,6 +26,7 @@ from benchmarks.reference_files import Reference, read_references
 from benchmarks.reference_paths import Agreement, compare, joined, traced
 from wifipgo.command.command_line import exit_code
 from wifipgo.command.palette import SERIES
+from wifipgo.data import public_data
 from wifipgo.errors import BadInputError
 from wifipgo.files.atomic_files import write_json
 from wifipgo.radio.propagation.paths import DIFFRACTED
@@ -63,8 +63,7 @@ def fixture_folders(given: Path | None) -> list[Path]:
     Raises:
         ValueError: If it is not there, or none is.
     """
-    beside = Path(__file__).resolve().parents[2] / "shared" / "data"
-    data = Path(os.environ.get("WIFIPGO_DATA", beside))
+    data = public_data()
     wanted = [data / name for name in FOLDERS] if given is None else [given]
     there = [folder for folder in wanted if folder.is_dir()]
     if not there:

@@ -30,14 +30,14 @@ from scipy.stats import bootstrap
 from benchmarks._named_sets import name_sets
 from wifipgo.command.command_line import exit_code
 from wifipgo.command.palette import BLUE, FRAME, GREY, VERMILION
+from wifipgo.data import public_data
 from wifipgo.errors import BadInputError
 from wifipgo.files.atomic_files import write_json
 from wifipgo.radio.aoa.confidence import confidences, least_confident
 from wifipgo.radio.recordings.recorded_link import Link, bearing
 from wifipgo.radio.recordings.wsr_dataset import read_links
 
-BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data"
-DATA = Path(os.environ.get("WIFIPGO_DATA", BESIDE)) / "wsr"
+DATA = public_data() / "wsr"
 MAX_IN_SIGHT, MAX_BEYOND, MAX_CONFIDENT = 0.9, 1.0, 0.5  # ratios of mean |error|, `targets`
 OURS, TOOLBOX, REJECTED = BLUE, GREY, VERMILION
 

@@ -1,12 +1,11 @@
 """Real links of the packed recordings, and how wrong their bearings are; none where there are no data."""
 
-import os
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from wifipgo.data import public_data
 from wifipgo.radio.recordings.recorded_link import Link, bearing
 from wifipgo.radio.recordings.wsr_dataset import read_links
 from wifipgo.se2 import wrap_angle
@@ -17,8 +16,7 @@ ABSENT = f"wsr/{RECORDINGS} is not in the folder of data (WIFIPGO_DATA)"
 
 def recorded() -> list[Link]:
     """Real links, if the data is there."""
-    beside = Path(__file__).resolve().parents[3] / "shared" / "data"
-    pack = Path(os.environ.get("WIFIPGO_DATA", beside)) / "wsr" / RECORDINGS
+    pack = public_data() / "wsr" / RECORDINGS
     return read_links(pack) if pack.is_file() else []
 
 

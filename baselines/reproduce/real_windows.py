@@ -1,6 +1,5 @@
 """Windows of a recorded run, and what sightings are worth in them: which are used, and when they are told."""
 
-import os
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
@@ -12,6 +11,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from baselines.reproduce._outlier_trials import save
+from wifipgo.data import public_data
 from wifipgo.datasets.cut_run import cut_run
 from wifipgo.datasets.mrclam import read_mrclam
 from wifipgo.datasets.team_run import TeamRun, known_ate
@@ -36,8 +36,7 @@ TOLD = ("at encounters", "at every step")
 
 def data_folder(given: Path | None) -> Path | None:
     """The run: in the folder given, or under its name in that or in $WIFIPGO_DATA; none if not there."""
-    beside = Path(__file__).resolve().parents[3] / "shared" / "data"
-    root = given or Path(os.environ.get("WIFIPGO_DATA", beside))
+    root = given or public_data()
     return next((folder for folder in (root, root / RUN) if (folder / "Barcodes.dat").is_file()), None)
 
 

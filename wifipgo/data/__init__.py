@@ -4,6 +4,7 @@ Simulated and written by `benchmarks.example_data`, so they may be used for anyt
 where the public sets are: ``docs/howto/data.md``.
 """
 
+import os
 from pathlib import Path
 
 from wifipgo.errors import nearest, require
@@ -20,6 +21,12 @@ def example_data() -> Path:
         A folder with ``csi/links.npz``, ``csi/run`` and ``graph``.
     """
     return Path(__file__).parent / EXAMPLE
+
+
+def public_data() -> Path:
+    """Folder of the public sets: ``$WIFIPGO_DATA``, else ``shared/data`` beside the checkout."""
+    beside = Path(__file__).resolve().parents[3] / "shared" / "data"
+    return Path(os.environ.get("WIFIPGO_DATA", beside))
 
 
 def example_or_path(path: Path, folder: str) -> Path:
