@@ -101,6 +101,11 @@ def lift(T_a_b: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 7"]:
     return out
 
 
+def in_space(poses: Float[np.ndarray, "poses dims"]) -> Float[np.ndarray, "poses 7"]:
+    """Poses of either kind, in space: planar ones lifted."""
+    return lift(poses) if poses.shape[1] == 3 else poses
+
+
 def project(T_a_b: Float[np.ndarray, "... 7"]) -> Float[np.ndarray, "... 3"]:
     """Planar part ``(x_m, y_m, yaw_rad)``: the height goes, and yaw is where the x axis points from above."""
     x, y, z, w = np.moveaxis(T_a_b[..., 3:], -1, 0)

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from baselines.evaluation.episodes import Episode
-from baselines.evaluation.intervals import Estimate, mean_of
+from baselines.evaluation.intervals import mean_of
 from baselines.evaluation.jobs import Task
 from baselines.evaluation.plots import colour_of, dashes_of
 from baselines.evaluation.rows import shown
@@ -19,12 +19,11 @@ from baselines.reproduce._claims import Claim
 from baselines.reproduce._measures import column, err_ratio, truth_reduction
 from baselines.reproduce._rungs import POLICIES, REAL_MEMORY, REAL_SIGMA_DEG, RUNGS, Rung, bearing_errors
 from baselines.reproduce._runs import TRIALS, Setting, tasks_of
-from baselines.reproduce._tables import about, table
+from baselines.reproduce._tables import about, columns, estimate_in, table
 
 __all__ = ["TITLE", "TRIALS", "make", "page", "tasks"]
 
 TITLE = "What survives a harder radio"
-_ENDS = ("", "_low", "_high")
 _MOST_WORLDS = 24  # whose bearings are looked at
 _WRONG_RAD = float(np.deg2rad(20.0))
 _CLAIMS = {"ratio": ("Err: random over each", 6.0), "gain": ("ground-truth gain over random, %", 64.0)}
@@ -60,11 +59,7 @@ def _figures(label: str, of: Mapping[str, Sequence[Episode]]) -> dict[str, Any]:
         "gain": truth_reduction(ours, random),
         "to_active": err_ratio(ours, active),
     }
-    ends = {
-        name + end: value
-        for name, found in estimates.items()
-        for end, value in zip(_ENDS, (found.value, found.low, found.high), strict=True)
-    }
+    ends = {key: value for name, found in estimates.items() for key, value in columns(name, found).items()}
     means = {name: column(ours, name).mean() for name in ("rendezvous", "coverage", "mapped_share")}
     return {"policy": label, **ends, **means, "worlds": len(ours)}
 
@@ -165,11 +160,7 @@ def _all_of(row: Any) -> list[str]:
 
 def _shown(row: Any, *names: str) -> list[str]:
     """Figures with their intervals."""
-    return [shown(Estimate(*(_finite(getattr(row, name + end)) for end in _ENDS))) for name in names]
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+    return [shown(estimate_in(row, name)) for name in names]
 
 
 _INTRODUCTION = f"""\

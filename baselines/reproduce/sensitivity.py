@@ -9,20 +9,18 @@ from wifipgo.command.figures import Axes
 import numpy as np
 import pandas as pd
 
-from baselines.evaluation.intervals import Estimate
 from baselines.evaluation.rows import shown
 from baselines.reproduce import _draw
 from baselines.reproduce._claims import Claim
 from baselines.reproduce._levers import DEFAULT, THREE, Lever, levers, tasks
 from baselines.reproduce._measures import column, err_ratio, truth_reduction
 from baselines.reproduce._runs import TRIALS, Setting
-from baselines.reproduce._tables import about, table
+from baselines.reproduce._tables import ENDS, about, columns, estimate_in, table
 from wifipgo.command.palette import BLUE, GREY, VERMILION
 
 __all__ = ["TITLE", "TRIALS", "make", "page", "tasks"]
 
 TITLE = "What carries the results: a ranking"
-_ENDS = ("", "_low", "_high")
 # What hardly matters: the whole interval of the ratio is within so much of the ratio as it is.
 _LITTLE = 1.25
 
@@ -42,17 +40,12 @@ def _measured(lever: Lever, setting: Setting) -> dict[str, Any]:
     of_each = {"active": active, "random": random}
     return {
         "change": lever.label,
-        **_columns("ratio", ratio),
-        **_columns("gain", gain),
+        **columns("ratio", ratio),
+        **columns("gain", gain),
         **{f"err_{name}": column(of, "err_last10").mean() for name, of in of_each.items()},
         **{f"rendezvous_{name}": column(of, "rendezvous").mean() for name, of in of_each.items()},
         "worlds": len(active),
     }
-
-
-def _columns(name: str, estimate: Estimate) -> dict[str, float | None]:
-    ends = (estimate.value, estimate.low, estimate.high)
-    return {name + end: value for end, value in zip(_ENDS, ends, strict=True)}
 
 
 def ranked(found: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
@@ -98,7 +91,7 @@ def _scaled(axes: Axes, found: pd.DataFrame) -> None:
 def _lines(axes: Axes, changes: pd.DataFrame, name: str, base: float) -> None:
     """From the default to what a change makes of it, with the interval."""
     for place, row in enumerate(changes.itertuples()):
-        value, low, high = (getattr(row, name + end) for end in _ENDS)
+        value, low, high = (getattr(row, name + end) for end in ENDS)
         colour = VERMILION if row.change in THREE else GREY
         axes.plot([base, value], [place, place], color=colour, lw=5, alpha=0.4, solid_capstyle="butt")
         axes.plot([low, high], [place, place], color=colour, lw=1.2)
@@ -140,7 +133,7 @@ def _table(found: pd.DataFrame) -> str:
 
 
 def _cells(row: Any) -> list[str]:
-    estimates = [Estimate(*(getattr(row, name + end) for end in _ENDS)) for name in ("ratio", "gain")]
+    estimates = [estimate_in(row, name) for name in ("ratio", "gain")]
     numbers = (row.err_active, row.err_random, row.rendezvous_active, row.rendezvous_random)
     return [row.change, *map(shown, estimates), *(f"{number:.3g}" for number in numbers)]
 

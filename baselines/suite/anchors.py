@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from baselines.evaluation.batches import worlds_at_once
 from baselines.evaluation.episodes import run_episodes
 from baselines.suite.definition import CEILING, FLOOR, SUITES, Suite, digest_of
 from wifipgo.command.command_line import exit_code
@@ -17,7 +18,6 @@ from wifipgo.files.atomic_files import write_json
 from wifipgo.scenarios import Scenario
 
 _DIGITS = 4
-_AT_ONCE = 400  # robots
 
 
 def measure(suite: Suite) -> dict[str, object]:
@@ -34,7 +34,7 @@ def measure(suite: Suite) -> dict[str, object]:
 
 def _mean(scenario: Scenario, policy: str, seeds: Sequence[int]) -> float:
     """Mean mapped share over worlds."""
-    size = max(1, _AT_ONCE // scenario.n_robots)
+    size = worlds_at_once(scenario)
     parts = [seeds[begin : begin + size] for begin in range(0, len(seeds), size)]
     played = [episode for part in parts for episode in run_episodes(scenario, policy, part)]
     return round(float(np.mean([episode.figures["mapped_share"] for episode in played])), _DIGITS)

@@ -129,7 +129,7 @@ def team_of(graph: PoseGraph, poses: Float[np.ndarray, "poses dims"], source: st
     """Trajectories of a graph's robots; rows of nan are left out, numbers of poses are the time stamps."""
     there = np.isfinite(poses).all(axis=1)
     rows = np.zeros((len(poses), 7))
-    rows[there] = se3.lift(poses[there]) if poses.shape[1] == 3 else poses[there]
+    rows[there] = se3.in_space(poses[there])
     return {
         robot: Trajectory(graph.index[own].astype(np.float64), rows[own], source)
         for robot in graph.robots.tolist()
@@ -143,7 +143,6 @@ def _found(path: Path) -> Team:
     for robot, held in read_jrr(path).items():
         own = sorted((index, row) for (whose, index), row in held.items() if whose == robot)
         if own:
-            poses = np.array([row for _, row in own])
-            rows = se3.lift(poses) if poses.shape[1] == 3 else poses
+            rows = se3.in_space(np.array([row for _, row in own]))
             team[robot] = Trajectory(np.array([float(index) for index, _ in own]), rows, str(path))
     return team

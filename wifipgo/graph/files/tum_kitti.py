@@ -117,7 +117,7 @@ def _by_robot(
     graph: PoseGraph, poses: Float[np.ndarray, "poses dims"]
 ) -> Iterator[tuple[int, Bool[np.ndarray, " poses"], Float[np.ndarray, "own 7"]]]:
     """Each robot, which poses are its own, and these in space."""
-    rows = se3.lift(poses) if poses.shape[1] == 3 else poses
+    rows = se3.in_space(poses)
     for robot in graph.robots.tolist():
         own = graph.robot == robot
         yield robot, own, rows[own]
