@@ -103,9 +103,7 @@ def _measured(truth: np.ndarray, tail: np.ndarray, head: np.ndarray, rng: np.ran
     z = se2.between(truth[tuple(tail.T)], T_world_head)
     z = z + rng.normal(size=z.shape) * [SIGMA[0], SIGMA[0], SIGMA[1]]
     n_robots, n_times, _ = truth.shape
-    steps, start = z[: n_robots * (n_times - 1)].reshape(n_robots, -1, 3), truth.copy()
-    for t in range(n_times - 1):
-        start[:, t + 1] = se2.compose(start[:, t], steps[:, t])
+    start = se2.chained(truth[:, 0], z[: n_robots * (n_times - 1)].reshape(n_robots, -1, 3))
     return Walk(start, Edges.measured(tail=tail, head=head, z=z, sigma=SIGMA, reported_pose=T_world_head))
 
 

@@ -55,6 +55,17 @@ def compose(
     return _rows(T_a_b[..., 0] + x_m, T_a_b[..., 1] + y_m, wrap_angle(yaw_rad + T_b_c[..., 2]))
 
 
+def chained(
+    first: Float[np.ndarray, "paths 3"], motions: Float[np.ndarray, "paths steps 3"]
+) -> Float[np.ndarray, "paths poses 3"]:
+    """Poses that motions lead to, one after the other, the first pose among them."""
+    poses = np.empty((len(motions), motions.shape[1] + 1, 3))
+    poses[:, 0] = first
+    for t in range(motions.shape[1]):
+        poses[:, t + 1] = compose(poses[:, t], motions[:, t])
+    return poses
+
+
 def inverse(T_a_b: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3"]:
     """Return ``T_b_a``."""
     yaw_rad = wrap_angle(-T_a_b[..., 2])

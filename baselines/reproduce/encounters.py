@@ -220,10 +220,7 @@ def _bearings(
 
 def dead_reckoned(truth: Float[np.ndarray, "2 times 3"], odometry: Edges) -> Float[np.ndarray, "2 times 3"]:
     """Odometry from the true first poses."""
-    start, z = truth.copy(), odometry.z.reshape(2, -1, 3)
-    for t in range(z.shape[1]):
-        start[:, t + 1] = se2.compose(start[:, t], z[:, t])
-    return start
+    return se2.chained(truth[:, 0], odometry.z.reshape(2, -1, 3))
 
 
 def _alignment(start: Float[np.ndarray, "2 times 3"], met: Edges) -> Float[np.ndarray, "3"]:

@@ -71,3 +71,13 @@ def test_the_inverse_left_jacobian_undoes_the_left_and_its_slope_is_its_derivati
     h = 1e-5
     slope = (se2.inverse_left_jacobian(yaw_rad + h) - se2.inverse_left_jacobian(yaw_rad - h)) / (2.0 * h)
     np.testing.assert_allclose(se2.inverse_left_jacobian_slope(inverse), slope, atol=1e-6)
+
+
+def test_a_chain_of_motions_is_a_product_of_matrices() -> None:
+    first, motions = drawn(5)[:2], np.stack([drawn(6), drawn(7)])
+    poses = se2.chained(first, motions)
+    for start, steps, found in zip(first, motions, poses, strict=True):
+        expected = [as_matrix(start[None])[0]]
+        for step in as_matrix(steps):
+            expected.append(expected[-1] @ step)
+        np.testing.assert_allclose(as_matrix(found), expected, atol=1e-9)

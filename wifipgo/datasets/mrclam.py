@@ -118,12 +118,7 @@ def _dead_reckoned(
     steps: Sequence[Steps], first: Float[np.ndarray, "robots 3"]
 ) -> Float[np.ndarray, "robots times 3"]:
     """Odometry from the first poses, or from zero where these are not known."""
-    z = np.stack([of.z for of in steps])
-    poses = np.empty((len(z), z.shape[1] + 1, 3))
-    poses[:, 0] = np.where(np.isfinite(first), first, 0.0)
-    for t in range(z.shape[1]):
-        poses[:, t + 1] = se2.compose(poses[:, t], z[:, t])
-    return poses
+    return se2.chained(np.where(np.isfinite(first), first, 0.0), np.stack([of.z for of in steps]))
 
 
 def _odometry(steps: Sequence[Steps], noise: Noise) -> Edges:
