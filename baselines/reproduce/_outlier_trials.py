@@ -1,21 +1,19 @@
 """What Fig. 10 is made of: runs until nine relative poses, and encounters of a grid."""
 
-from collections.abc import Hashable, Mapping, Sequence
-from io import BytesIO
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from baselines.evaluation.episodes import play
 from baselines.policies import make_policy
+from baselines.reproduce._kept_arrays import Arrays, KeptArrays
 from baselines.reproduce.encounter_grid import encounter, error_under, ground_truth_error, without
 from baselines.reproduce.encounters import EncounterConfig
 from envs.rendezvous_v0 import vector_env
 from wifipgo import se2
-from wifipgo.files.atomic_files import write_sealed
-from wifipgo.files.npz_files import read_sealed_npz
 from wifipgo.graph.bearings import bearing_residuals, heard_along
 from wifipgo.graph.edges import Edges, select
 from wifipgo.graph.outliers.aoa_weights import bearing, likelihood
@@ -25,12 +23,12 @@ from wifipgo.state import Tick
 from wifipgo.threads import one_thread
 
 METHODS = ("none", "paper", "range_aware", "huber", "bearing")
-Arrays = Mapping[str, np.ndarray]
 # Bearings are kept and nothing is optimised before all measurements are there.
 KEEP_ALL = {"outliers": "bearing", "kappa": 1_000}
 
 
-class OutlierTrial(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class OutlierTrial(KeptArrays):
     """Active rendezvous until enough relative poses are taken; every method then solves the same graph."""
 
     scenario: Scenario
@@ -57,16 +55,9 @@ class OutlierTrial(NamedTuple):
         ticks = _played(self.scenario.with_overrides(**KEEP_ALL), [item.seed for item in items])
         return [_judged(tick) for tick in ticks]
 
-    def keep(self, result: Arrays) -> None:
-        """Write to a file that is there whole or not at all."""
-        save(self.path, result)
 
-    def load(self) -> Arrays:
-        """Read what `keep` wrote."""
-        return read_sealed_npz(self.path)
-
-
-class Cell(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Cell(KeptArrays):
     """Encounters of one kind, one for each world's seed."""
 
     cfg: EncounterConfig
@@ -86,20 +77,6 @@ class Cell(NamedTuple):
             "errors": np.array([[error_under(method, e) for method in METHODS] for e in seen]),
             "removed": np.array(removed),
         }
-
-    def keep(self, result: Arrays) -> None:
-        """Write to a file that is there whole or not at all."""
-        save(self.path, result)
-
-    def load(self) -> Arrays:
-        """Read what `keep` wrote."""
-        return read_sealed_npz(self.path)
-
-
-def save(path: Path, result: Arrays) -> None:
-    """Write arrays to a file that is there whole or not at all."""
-    np.savez(buffer := BytesIO(), allow_pickle=False, **result)
-    write_sealed(path, buffer.getvalue())
 
 
 @one_thread

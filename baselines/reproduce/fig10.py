@@ -23,7 +23,8 @@ from baselines.reproduce._claims import (
     judged,
     row,
 )
-from baselines.reproduce._outlier_trials import KEEP_ALL, METHODS, Arrays, Cell, OutlierTrial
+from baselines.reproduce._kept_arrays import Arrays
+from baselines.reproduce._outlier_trials import KEEP_ALL, METHODS, Cell, OutlierTrial
 from baselines.reproduce._runs import TRIALS, Setting, changed
 from baselines.reproduce.encounter_grid import ODOMETRY, OUTLIERS, encounter_grid
 from wifipgo.scenarios import Scenario

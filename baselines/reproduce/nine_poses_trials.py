@@ -1,13 +1,13 @@
 """Runs of `nine_poses` under every treatment that Fig. 10 is judged by, and AOA errors of real recordings."""
 
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
-from baselines.reproduce._outlier_trials import save
+from baselines.reproduce._kept_arrays import KeptArrays
 from baselines.reproduce._recordings import errors_by_sight
 from baselines.reproduce.encounter_grid import ground_truth_error, without
 from baselines.reproduce.nine_poses import (
@@ -17,7 +17,6 @@ from baselines.reproduce.nine_poses import (
     simulate_run,
     start_sigma,
 )
-from wifipgo.files.npz_files import read_sealed_npz
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.edges import Edges
 from wifipgo.graph.outliers.methods import solve_robust
@@ -44,7 +43,8 @@ _KEY = 0x916  # keeps the chance of these runs apart from that of other runs of 
 _SIGMA_RAD, _GROSS_SHARE = float(np.deg2rad(3.0)), 0.075
 
 
-class NineRuns(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class NineRuns(KeptArrays):
     """One reading of the experiment, once for each world's seed."""
 
     cfg: NinePoses
@@ -65,14 +65,6 @@ class NineRuns(NamedTuple):
         recorded = errors_by_sight()
         rows = [_errors(self.cfg, np.random.default_rng([seed, _KEY]), recorded) for seed in self.seeds]
         return {"errors": np.array(rows)}
-
-    def keep(self, result: dict[str, np.ndarray]) -> None:
-        """Write to a file that is there whole or not at all."""
-        save(self.path, result)
-
-    def load(self) -> dict[str, np.ndarray]:
-        """Read what `keep` wrote."""
-        return dict(read_sealed_npz(self.path))
 
 
 def _errors(

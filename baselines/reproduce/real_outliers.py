@@ -6,6 +6,7 @@ run, and so is the direction, or its error is that of recorded Wi-Fi.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +15,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy import stats
 
-from baselines.reproduce._outlier_trials import save
+from baselines.reproduce._kept_arrays import KeptArrays
 from baselines.reproduce._recordings import errors_by_sight
 from baselines.reproduce.encounter_grid import without
 from baselines.reproduce.nine_poses import NinePoses, relative_poses
@@ -22,7 +23,6 @@ from baselines.reproduce.real_windows import run_in, window
 from wifipgo import se2
 from wifipgo.datasets.cut_run import cut_run
 from wifipgo.datasets.team_run import TeamRun, known_ate
-from wifipgo.files.npz_files import read_sealed_npz
 from wifipgo.graph.bearings import Bearings
 from wifipgo.graph.edges import Edges, extended
 from wifipgo.graph.outliers.aoa_weights import PAPER_SIGMA_RAD
@@ -64,7 +64,8 @@ class Met(NamedTuple):
     exact: Float[np.ndarray, "met 3"]
 
 
-class Draws(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Draws(KeptArrays):
     """Repeated draws of encounters, noise and outliers in one window."""
 
     folder: Path
@@ -86,14 +87,6 @@ class Draws(NamedTuple):
             errors_of(pairs, np.random.default_rng([seed, _KEY, self.number])) for seed in self.seeds if pairs
         ]
         return {"errors": np.array(rows).reshape(-1, len(TREATMENTS))}
-
-    def keep(self, result: dict[str, np.ndarray]) -> None:
-        """Write to a file that is there whole or not at all."""
-        save(self.path, result)
-
-    def load(self) -> dict[str, np.ndarray]:
-        """Read what `keep` wrote."""
-        return dict(read_sealed_npz(self.path))
 
 
 def often_met(piece: TeamRun) -> list[Met]:

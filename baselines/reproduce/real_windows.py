@@ -1,21 +1,20 @@
 """Windows of a recorded run, and what sightings are worth in them: which are used, and when they are told."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from baselines.reproduce._outlier_trials import save
+from baselines.reproduce._kept_arrays import KeptArrays
 from wifipgo.data import public_data
 from wifipgo.datasets.cut_run import cut_run
 from wifipgo.datasets.mrclam import read_mrclam
 from wifipgo.datasets.team_run import TeamRun, known_ate
-from wifipgo.files.npz_files import read_sealed_npz
 from wifipgo.graph.bearings import select_bearings
 from wifipgo.graph.solvers.sightings import solve_sightings
 from wifipgo.threads import one_thread
@@ -55,7 +54,8 @@ def window(run: TeamRun, k: int) -> TeamRun | None:
     return cut_run(run, first, last, robots=rows) if len(rows) > 1 else None
 
 
-class Window(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Window(KeptArrays):
     """One window, or the whole run, by every use of its sightings; the whole not at every step."""
 
     folder: Path
@@ -77,14 +77,6 @@ class Window(NamedTuple):
         errors = np.append(_error(piece.start, piece), _solved(piece))
         online = np.full((2, 2), np.nan) if self.number is None else _told(piece)
         return {"errors": errors, "online": online}
-
-    def keep(self, result: dict[str, np.ndarray]) -> None:
-        """Write to a file that is there whole or not at all."""
-        save(self.path, result)
-
-    def load(self) -> dict[str, np.ndarray]:
-        """Read what `keep` wrote."""
-        return dict(read_sealed_npz(self.path))
 
 
 def _error(poses: Float[np.ndarray, "robots times 3"], piece: TeamRun) -> float:
