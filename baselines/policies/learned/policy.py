@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from baselines.policies.learned.ablations import Without
 from baselines.policies.learned.interfaces import make_interface, names_read
 from baselines.policies.learned.network import Network, load_network, refuse_other_layout
 from baselines.policies.learned.run_files import network_file
@@ -29,6 +30,7 @@ class LearnedPolicy(DrivesTeams):
             with the package.
         checkpoint: Of a run: best or last.
         sample: Draw actions with the probabilities of the network, as in training; else take the best.
+        without: What it is played without, of profile, camera and calls: one, or several as profile+camera.
 
     Attributes:
         remark: What differs from the scenario that it was trained on; empty where nothing does.
@@ -39,11 +41,18 @@ class LearnedPolicy(DrivesTeams):
     """
 
     def __init__(
-        self, scenario: Scenario, *, path: str = "", checkpoint: str = "best", sample: bool = False
+        self,
+        scenario: Scenario,
+        *,
+        path: str = "",
+        checkpoint: str = "best",
+        sample: bool = False,
+        without: str = "",
     ) -> None:
         """Read the network and check that it fits."""
         network = load_network(network_file(Path(path), checkpoint)) if path else shipped()
-        self._prepare(network, scenario, where=path or "the shipped policy", sample=sample)
+        where = path or "the shipped policy"
+        self._prepare(network, scenario, where=where, sample=sample, without=without)
 
     @classmethod
     def of(cls, network: Network, scenario: Scenario, *, sample: bool = False) -> "LearnedPolicy":
@@ -52,7 +61,9 @@ class LearnedPolicy(DrivesTeams):
         policy._prepare(network, scenario, where="the network", sample=sample)
         return policy
 
-    def _prepare(self, network: Network, scenario: Scenario, *, where: str, sample: bool) -> None:
+    def _prepare(
+        self, network: Network, scenario: Scenario, *, where: str, sample: bool, without: str = ""
+    ) -> None:
         trained = [name for name, _ in network.layout]
         refuse_other_layout(network, scenario, where, reads=names_read(network.interface, trained, scenario))
         self._interface = make_interface(network.interface, scenario, trained)
@@ -66,15 +77,17 @@ class LearnedPolicy(DrivesTeams):
         require(
             can_sample, "sample", f"False for the interface {network.interface!r}: it has no choices", sample
         )
+        self._without = Without(without, scenario)
         self._network, self._sample, self.remark = network, sample, trained_elsewhere(network, scenario)
         super().__init__(scenario, key=_EPISODE_KEY)
 
     def _actions(self, view: View) -> Float[np.ndarray, "rows 3"]:
-        shown = self._interface.shown(view.rows)
+        rows = self._without.shown(view.rows)
+        shown = self._interface.shown(rows)
         # A product's rounding depends on how many rows it has: each team's is a product of its own.
         teams = shown.reshape(-1, view.n_robots, shown.shape[1])
         scores = self._network.scores(teams).reshape(len(shown), -1)
-        return self._interface.commands(self._answers(scores), view.rows)
+        return self._without.commanded(self._interface.commands(self._answers(scores), rows))
 
     def _answers(self, scores: Float[np.ndarray, "rows outputs"]) -> np.ndarray:
         """The best choice of each kind, or one drawn with the softmax of its scores."""
