@@ -1,18 +1,22 @@
 """What a training run consists of: one frozen value, checked when it is made."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated
 
 import tyro
 
-from baselines.policies.learned.interfaces import INTERFACES
+from baselines.policies.learned.interfaces import DIRECTIONS, INTERFACES
 from baselines.suite.definition import ROOTS
 from envs.rendezvous_v0 import REWARDS
 from wifipgo.errors import pick, require
 
 # Root of the seeds of the tables in docs/training.md: never trained on, never chosen by.
 HELD_OUT_SEED = 2026
+# What a value is read from, and whether that is more than what the robot is shown.
+CRITICS: Mapping[str, bool] = MappingProxyType({"own": False, "team": True})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,11 +27,11 @@ class EnvsConfig:
         scenario: Scenario that is evaluated, and trained on.
         others: More scenarios to train on, each a name and what is changed in it ("paper-sim-2 n_robots=4
             size_m=30"); environments take them in turn. Teams, rooms and lengths of episodes may differ where
-            the interface is rays.
+            the interface is rays or trail.
         overrides: Other values for fields of all of them, KEY=VALUE.
         reward: Name of the reward.
-        interface: How the network meets the environment: rays (directions to choose from) or flat (the
-            observation as it is, the action as a point).
+        interface: How the network meets the environment: rays (directions to choose from), trail (the same
+            with a memory of the robot's own way) or flat (the observation as it is, the action as a point).
         endless: Take the end by the clock for a cut in a task that goes on, and put the value of the last
             state there; else for the end, which is what the score does.
         n_envs: Worlds side by side, those of a scenario and a process stepped at once: 64 for each process
@@ -79,6 +83,9 @@ class PpoConfig:
         target_kl: Stop an update's epochs at this divergence; 0: never.
         critic_only: First updates in which the policy stays and only the value learns.
         hidden: Units of the hidden layers, of policy and value alike.
+        critic: What the value is read from: own (what the robot is shown) or team (MAPPO: also the truth
+            about the team's errors and map, and what its robots are shown on average). Policies read their
+            own only.
     """
 
     agent_steps: int = 500_000
@@ -95,6 +102,7 @@ class PpoConfig:
     target_kl: float = 0.02
     critic_only: int = 0
     hidden: tuple[int, ...] = (64, 64)
+    critic: str = "own"
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
@@ -106,6 +114,7 @@ class PpoConfig:
             require(getattr(self, name) >= 0, f"ppo.{name}", ">= 0", getattr(self, name))
         for name in ("gamma", "gae_lambda"):
             require(0.0 <= getattr(self, name) <= 1.0, f"ppo.{name}", "in [0, 1]", getattr(self, name))
+        pick(CRITICS, self.critic, "ppo.critic")
         require(min(self.hidden, default=0) >= 1, "ppo.hidden", "one or more layers of >= 1", self.hidden)
 
 
@@ -167,12 +176,14 @@ class SelectionConfig:
 
     Attributes:
         every: Agent-steps between evaluations; 0: only at the end.
-        trials: Worlds, the same each time and for the scripted policies.
+        scenarios: What is played, as in envs.others; empty: envs.scenario. The score is the mean over all.
+        trials: Worlds of each, the same each time and for the scripted policies.
         seed: Root of their seeds.
         policies: Scripted policies whose scores stand in the learning curve.
     """
 
     every: int = 20_000
+    scenarios: tuple[str, ...] = ()
     trials: int = 20
     seed: int = 1
     policies: tuple[str, ...] = ("active", "random")
@@ -221,6 +232,9 @@ class TrainConfig:
         """Reject what contradicts itself."""
         require(self.seed >= 0, "seed", ">= 0", self.seed)
         require(not (self.resume and self.overwrite), "resume", "given without overwrite", True)
+        apart = self.envs.interface in DIRECTIONS or not CRITICS[self.ppo.critic]
+        rule = f"own unless envs.interface is {' or '.join(DIRECTIONS)}: other policies would read the truth"
+        require(apart, "ppo.critic", rule, self.ppo.critic)
         teaches = bool(self.imitation.policy)
         require(
             teaches or self.ppo.agent_steps > 0,

@@ -8,7 +8,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 from torch import nn
 
-from baselines.policies.learned.interfaces import layout_read
+from baselines.policies.learned.interfaces import layout_read, make_interface
 from baselines.policies.learned.network import Layer, Network, plain
 from train._rays_policy import RaysNets
 from wifipgo.scenarios import Scenario
@@ -18,11 +18,11 @@ def exported(
     model: PPO, norm: VecNormalize, scenario: Scenario, *, interface: str, origin: Mapping[str, Any]
 ) -> Network:
     """Weights of the actor and the statistics that its input is normalised by."""
-    n_shown = (norm.observation_space.shape or (0,))[0]
+    n_shown = make_interface(interface, scenario).n_shown
     mean, variance, clip = np.zeros(n_shown), np.ones(n_shown), np.inf
     if norm.norm_obs:
         found: Any = norm.obs_rms
-        mean, variance, clip = found.mean.copy(), found.var.copy(), norm.clip_obs
+        mean, variance, clip = found.mean[:n_shown].copy(), found.var[:n_shown].copy(), norm.clip_obs
     return Network(
         interface=interface,
         nets=_nets(model),

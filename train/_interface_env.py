@@ -28,6 +28,7 @@ class TranslatedEnv(ParallelEnv[str, Any, Any]):
         self.env = parallel_env(scenario, **arguments)
         self.possible_agents, self.render_mode = self.env.possible_agents, self.env.render_mode
         self._interface = make_interface(interface, self.env.scenario)
+        self._memory: Any = None
         choices = self._interface.n_choices
         shown = spaces.Box(-np.inf, np.inf, (self._interface.n_shown,), np.float32)
         self.observation_spaces = dict.fromkeys(self.possible_agents, shown)
@@ -56,6 +57,7 @@ class TranslatedEnv(ParallelEnv[str, Any, Any]):
     ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
         """Start an episode."""
         observations, infos = self.env.reset(seed=seed, options=options)
+        self._memory = None
         return self._shown(observations), infos
 
     def step(self, actions: Mapping[str, Any]) -> tuple[Any, Any, Any, Any, Any]:
@@ -75,6 +77,7 @@ class TranslatedEnv(ParallelEnv[str, Any, Any]):
         self.env.close()
 
     def _shown(self, observations: dict[str, Any]) -> dict[str, Any]:
-        self._rows = observations
-        rows = self._interface.shown(np.stack(list(observations.values())))
-        return dict(zip(observations, rows, strict=True))
+        self._rows, rows = observations, np.stack(list(observations.values()))
+        self._memory = self._interface.remembered(rows, self._memory)
+        shown = self._interface.shown(rows, self._memory)
+        return dict(zip(observations, shown, strict=True))

@@ -1,6 +1,7 @@
 """How good a policy is while it is trained: mapped share on worlds kept apart, beside scripted policies."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from itertools import cycle
 from pathlib import Path
 
@@ -29,10 +30,23 @@ _CURVE = "curve/"
 _COLUMNS = ("agent_steps", "policy", "trial", "seed", "mapped_share")
 
 
+Played = Callable[[Scenario], str | Policy]
+
+
 def mapped_shares(
-    policy: str | Policy, scenario: Scenario, cfg: SelectionConfig
+    policy: Played, scenarios: Sequence[Scenario], cfg: SelectionConfig
 ) -> Float[np.ndarray, " trials"]:
-    """MapAccuracy share of a policy on every world of the selection, many worlds at once."""
+    """MapAccuracy share of a policy on every world of the selection, scenario after scenario.
+
+    Args:
+        policy: By name, or as made for a scenario.
+        scenarios: What is played; many worlds of each at once.
+        cfg: Worlds.
+    """
+    return np.concatenate([_shares(policy(scenario), scenario, cfg) for scenario in scenarios])
+
+
+def _shares(policy: str | Policy, scenario: Scenario, cfg: SelectionConfig) -> Float[np.ndarray, " trials"]:
     seeds = [trial_seed(cfg.seed, trial) for trial in range(cfg.trials)]
     size = worlds_at_once(scenario)
     parts = [seeds[begin : begin + size] for begin in range(0, len(seeds), size)]
@@ -46,31 +60,35 @@ class Curve:
 
     Args:
         out: Folder.
-        scenario: What is played.
+        scenarios: What is played; trials are counted on from one to the next.
         cfg: Worlds and scripted policies.
         table: Scores of a run that is continued; without, the scripted policies are played first.
     """
 
     def __init__(
-        self, out: Path, scenario: Scenario, cfg: SelectionConfig, table: pd.DataFrame | None = None
+        self,
+        out: Path,
+        scenarios: Sequence[Scenario],
+        cfg: SelectionConfig,
+        table: pd.DataFrame | None = None,
     ) -> None:
         """Play the scripted policies that the table does not have."""
-        self._out, self._scenario, self._cfg = out, scenario, cfg
+        self._out, self._scenarios, self._cfg = out, tuple(scenarios), cfg
         self.table = pd.DataFrame(columns=list(_COLUMNS)) if table is None else table
         for spec in specs_of(cfg.policies):
             if not (self.table["policy"] == spec.label).any():
-                self._add(0, spec.label, mapped_shares(str(spec), scenario, cfg))
+                self._add(0, spec.label, mapped_shares(partial(_by_name, str(spec)), scenarios, cfg))
         if table is not None:
             self.write()
 
     def evaluated(self, network: Network, agent_steps: int) -> float:
         """Play a network, add its scores to the table, and say their mean."""
-        shares = mapped_shares(LearnedPolicy.of(network, self._scenario), self._scenario, self._cfg)
+        shares = mapped_shares(partial(LearnedPolicy.of, network), self._scenarios, self._cfg)
         self._add(agent_steps, LEARNED, shares)
         return float(shares.mean())
 
     def _add(self, agent_steps: int, policy: str, shares: Sequence[float] | np.ndarray) -> None:
-        seeds = [trial_seed(self._cfg.seed, trial) for trial in range(self._cfg.trials)]
+        seeds = seeds_of(self._cfg)
         keys = {"agent_steps": agent_steps, "policy": policy, "trial": range(len(shares)), "seed": seeds}
         new = pd.DataFrame(keys | {"mapped_share": shares})
         self.table = pd.concat([self.table, new], ignore_index=True) if len(self.table) else new
@@ -81,7 +99,21 @@ class Curve:
             self.table.to_parquet(unfinished, index=False)
         picture = self._out / "curve.png"
         with drawing(picture), appearing(picture) as unfinished:
-            drawn(self.table, self._scenario.name).savefig(unfinished, dpi=120, format="png")
+            drawn(self.table, self._title()).savefig(unfinished, dpi=120, format="png")
+
+    def _title(self) -> str:
+        more = len(self._scenarios) - 1
+        return self._scenarios[0].name + (f" and {more} others" if more else "")
+
+
+def seeds_of(cfg: SelectionConfig) -> list[int]:
+    """Seeds of all worlds of a selection, scenario after scenario."""
+    once = [trial_seed(cfg.seed, trial) for trial in range(cfg.trials)]
+    return once * max(len(cfg.scenarios), 1)
+
+
+def _by_name(name: str, scenario: Scenario) -> str:
+    return name
 
 
 def arrays_of_table(table: pd.DataFrame) -> dict[str, np.ndarray]:
@@ -102,7 +134,7 @@ def table_of(arrays: Mapping[str, np.ndarray], cfg: SelectionConfig, *, where: s
     kinds = "".join(column.dtype.kind for column in found.values())
     require(fits and kinds == "iUiif", f"{where}: curve", f"columns {_COLUMNS} of one length", kinds)
     table = pd.DataFrame(found).astype({"policy": object})
-    seeds = [trial_seed(cfg.seed, trial) for trial in range(cfg.trials)]
+    seeds = seeds_of(cfg)
     mine = [
         rows["seed"].tolist() == seeds for _, rows in table.groupby(["agent_steps", "policy"], sort=False)
     ]

@@ -1,4 +1,4 @@
-"""The network of the interface ``rays`` in torch: a scorer of directions, one of stopping and calling.
+"""The network of interfaces that choose among directions, in torch: scorers of these, of stop and call.
 
 `baselines.policies.learned.network.Network.scores` is the same in numpy.
 """
@@ -10,10 +10,7 @@ import torch
 from stable_baselines3.common.policies import ActorCriticPolicy
 from torch import nn
 
-from baselines.policies.learned.ray_interface import N_DIRECTION, N_WHOLE
 from wifipgo.world.lidar import N_LIDAR_RAYS
-
-_POOLED = N_WHOLE + 2 * N_DIRECTION
 
 
 class Tanh(nn.Module):
@@ -38,13 +35,23 @@ class RaysNets(nn.Module):
 
     latent_dim_pi = N_LIDAR_RAYS + 3
 
-    def __init__(self, hidden: Sequence[int]) -> None:
-        """Make the networks; small last layers begin with choices that are all alike."""
+    def __init__(self, hidden: Sequence[int], n_whole: int, n_shown: int, n_critic: int) -> None:
+        """Make the networks; small last layers begin with choices that are all alike.
+
+        Args:
+            hidden: Units of the hidden layers.
+            n_whole: Numbers of the robot as a whole among what is shown; those of the directions follow.
+            n_shown: Numbers that the robot is shown.
+            n_critic: Numbers after these, which only the value is read from.
+        """
         super().__init__()
         self.latent_dim_vf = hidden[-1]
-        self.ray = perceptron(N_DIRECTION + N_WHOLE, hidden, 1)
-        self.whole = perceptron(_POOLED, hidden, 3)
-        self.value = perceptron(_POOLED, hidden, None)
+        self._n_whole, self._n_shown = n_whole, n_shown
+        n_direction = (n_shown - n_whole) // N_LIDAR_RAYS
+        pooled = n_whole + 2 * n_direction
+        self.ray = perceptron(n_direction + n_whole, hidden, 1)
+        self.whole = perceptron(pooled, hidden, 3)
+        self.value = perceptron(pooled + n_critic, hidden, None)
         for net in (self.ray, self.whole, self.value):
             for layer in net:
                 if isinstance(layer, nn.Linear):
@@ -59,26 +66,35 @@ class RaysNets(nn.Module):
 
     def forward_actor(self, shown: torch.Tensor) -> torch.Tensor:
         """Scores of the directions, the stop, silence and the call."""
-        whole, directions = _split(shown)
+        whole, directions = self._split(shown)
         each = torch.cat([directions, whole[:, None].expand(-1, N_LIDAR_RAYS, -1)], dim=2)
         return torch.cat([self.ray(each)[..., 0], self.whole(_pooled(whole, directions))], dim=1)
 
     def forward_critic(self, shown: torch.Tensor) -> torch.Tensor:
         """What the value is read from."""
-        out: torch.Tensor = self.value(_pooled(*_split(shown)))
+        pooled = [_pooled(*self._split(shown)), shown[:, self._n_shown :]]
+        out: torch.Tensor = self.value(torch.cat(pooled, dim=1))
         return out
+
+    def _split(self, shown: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        directions = shown[:, self._n_whole : self._n_shown].reshape(len(shown), -1, N_LIDAR_RAYS)
+        return shown[:, : self._n_whole], directions.transpose(1, 2)
 
 
 class RaysPolicy(ActorCriticPolicy):
     """Actor and critic of stable-baselines3 with these networks."""
 
-    def __init__(self, *args: Any, hidden: Sequence[int] = (64, 64), **kwargs: Any) -> None:
-        """Remember the hidden layers; the rest is stable-baselines3's."""
-        self._hidden = tuple(hidden)
+    def __init__(
+        self, *args: Any, n_whole: int, n_critic: int = 0, hidden: Sequence[int] = (64, 64), **kwargs: Any
+    ) -> None:
+        """Remember the sizes of the networks, as `RaysNets` takes them; the rest is stable-baselines3's."""
+        self._hidden, self._n_whole, self._n_critic = tuple(hidden), n_whole, n_critic
         super().__init__(*args, **(kwargs | {"ortho_init": False}))
 
     def _build_mlp_extractor(self) -> None:
-        self.mlp_extractor = RaysNets(self._hidden)  # type: ignore[assignment]
+        n_shown = self.features_dim - self._n_critic
+        nets = RaysNets(self._hidden, self._n_whole, n_shown, self._n_critic)
+        self.mlp_extractor = nets  # type: ignore[assignment]
 
     def _build(self, lr_schedule: Any) -> None:
         """The scores are the logits: nothing comes after them."""
@@ -94,11 +110,6 @@ def actor_parameters(policy: ActorCriticPolicy) -> list[nn.Parameter]:
     """Parameters that only the choice of actions depends on."""
     critic = ("mlp_extractor.value", "value_net")
     return [p for name, p in policy.named_parameters() if not name.startswith(critic)]
-
-
-def _split(shown: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-    directions = shown[:, N_WHOLE:].reshape(len(shown), N_DIRECTION, N_LIDAR_RAYS)
-    return shown[:, :N_WHOLE], directions.transpose(1, 2)
 
 
 def _pooled(whole: torch.Tensor, directions: torch.Tensor) -> torch.Tensor:

@@ -7,7 +7,7 @@ import numpy as np
 from stable_baselines3.common.vec_env import VecEnv, VecMonitor, VecNormalize
 
 from baselines.evaluation.episodes import trial_seed
-from baselines.policies.learned.interfaces import make_interface
+from baselines.policies.learned.interfaces import DIRECTIONS, layout_read, make_interface
 from baselines.policies.learned.network import layout_of
 from baselines.policies.learned.training_scenarios import scenario_varied
 from baselines.suite.definition import ROOTS
@@ -37,11 +37,28 @@ def scenarios_of(config: TrainConfig) -> list[Scenario]:
     scenarios = [scenario_varied(text, **changes) for text in texts]
     for text, other in zip(texts[1:], scenarios[1:], strict=True):
         rule = (
-            f"of scenarios with the observations of {scenarios[0].name!r}, or of any with the interface rays"
+            f"of scenarios with the observations of {scenarios[0].name!r}, or of any with the interface "
+            f"{' or '.join(DIRECTIONS)}"
         )
-        fits = config.envs.interface == "rays" or are_alike([scenarios[0], other], config.envs.interface)
+        fits = config.envs.interface in DIRECTIONS or are_alike([scenarios[0], other], config.envs.interface)
         require(fits, "envs.others", rule, text)
     return scenarios
+
+
+def selected_scenarios(config: TrainConfig) -> list[Scenario]:
+    """Scenarios that checkpoints are chosen on.
+
+    Raises:
+        ValueError: One is unknown, or its observations lack what the network reads.
+    """
+    first = scenarios_of(config)[0]
+    found = [scenario_varied(text) for text in config.selection.scenarios] or [first]
+    for text, other in zip(config.selection.scenarios, found, strict=False):
+        same = layout_read(config.envs.interface, other) == layout_read(config.envs.interface, first)
+        require(
+            same, "selection.scenarios", f"with the observations that a network of {first.name!r} reads", text
+        )
+    return found
 
 
 def are_alike(scenarios: Sequence[Scenario], interface: str) -> bool:
@@ -88,7 +105,13 @@ def _translated(each: Sequence[Scenario], config: TrainConfig, *, n_workers: int
     phases = min(config.envs.n_phases, len(each))
     venv = TeamVecEnv(makers, n_workers=n_workers, n_phases=phases)
     interface = make_interface(config.envs.interface, each[0])
-    return Translated(VecMonitor(venv), interface, endless=config.envs.endless)
+    return Translated(
+        VecMonitor(venv),
+        interface,
+        endless=config.envs.endless,
+        critic=config.ppo.critic,
+        n_robots=each[0].n_robots,
+    )
 
 
 def translated_of(norm: VecNormalize) -> tuple[Translated, ...]:

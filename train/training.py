@@ -14,6 +14,8 @@ from stable_baselines3.common.vec_env import VecNormalize
 
 from baselines.evaluation.config import play_command
 from baselines.policies import make_policy
+from baselines.policies.learned.interfaces import make_interface
+from baselines.policies.learned.ray_interface import Rays
 from baselines.policies.registry import specs_of
 from train._callback import Between
 from train._checkpoints import TRAINING, Checkpoints, State, read_state, read_training
@@ -21,10 +23,11 @@ from train._config import TrainConfig
 from train._config_files import changed_fields, command_of, record_of
 from train._dagger import imitate
 from train._export import exported
+from train._interface_vec_env import n_for_critic
 from train._learning_curve import LEARNED, Curve, arrays_of_table, table_of
 from train._model_arrays import arrays_of, restore
 from train._rays_policy import RaysPolicy
-from train._rollouts import environments, rows_of, scenarios_of
+from train._rollouts import environments, rows_of, scenarios_of, selected_scenarios
 from train._run_folder import claim
 from train._versions import versions
 from train._yaml import read_settings, written
@@ -86,7 +89,7 @@ class Run:
         self.state, self.best, table = State(), -1.0, None
         if start is not None:
             table = self._continue(start)
-        self.curve = Curve(config.out, self.scenario, config.selection, table)
+        self.curve = Curve(config.out, selected_scenarios(config), config.selection, table)
         self.model.set_logger(configure(str(config.out / "tensorboard"), ["tensorboard"]))
 
     def _checked_start(self) -> Path:
@@ -177,10 +180,11 @@ class Run:
 def make_model(config: TrainConfig, norm: VecNormalize) -> PPO:
     """PPO with the network of the interface, its weights drawn from the seed."""
     cfg, hidden = config.ppo, list(config.ppo.hidden)
-    rays = config.envs.interface == "rays"
+    interface = make_interface(config.envs.interface, scenarios_of(config)[0])
+    sizes = {"hidden": hidden, "n_critic": n_for_critic(interface, cfg.critic)}
     plain = {"net_arch": {"pi": hidden, "vf": hidden}, "activation_fn": torch.nn.Tanh, "log_std_init": -0.5}
     return PPO(
-        RaysPolicy if rays else "MlpPolicy",
+        RaysPolicy if isinstance(interface, Rays) else "MlpPolicy",
         norm,
         learning_rate=partial(_rate, cfg.learning_rate),
         n_steps=cfg.n_steps,
@@ -193,7 +197,7 @@ def make_model(config: TrainConfig, norm: VecNormalize) -> PPO:
         vf_coef=cfg.vf_coef,
         max_grad_norm=cfg.max_grad_norm,
         target_kl=cfg.target_kl or None,
-        policy_kwargs={"hidden": hidden} if rays else plain,
+        policy_kwargs=sizes | {"n_whole": interface.n_whole} if isinstance(interface, Rays) else plain,
         seed=config.seed,
         device="cpu",
     )
@@ -220,8 +224,8 @@ def _check(config: TrainConfig, scenario: Scenario) -> None:
     labels = [spec.label for spec in specs_of(config.selection.policies)]
     require(LEARNED not in labels, "selection.policies", f"named other than {LEARNED!r}", labels)
     for spec in (*config.selection.policies, config.imitation.policy):
-        if spec:
-            make_policy(spec, scenario)
+        for played in selected_scenarios(config) if spec else ():
+            make_policy(spec, played)
     rows, n_steps = rows_of(config), config.ppo.n_steps
     rule = f"a divisor of {rows * n_steps}, what {rows} agents collect in ppo.n_steps={n_steps}"
     require(rows * n_steps % config.ppo.batch_size == 0, "ppo.batch_size", rule, config.ppo.batch_size)

@@ -63,17 +63,22 @@ def test_weights_depend_neither_on_workers_nor_on_threads(tmp_path: Path) -> Non
     assert len(digests) == 1
 
 
-@pytest.mark.parametrize("interface", ["rays", "flat"])
-def test_numpy_decides_as_torch_does(tmp_path: Path, interface: str) -> None:
+@pytest.mark.parametrize(("interface", "critic"), [("trail", "team"), ("rays", "own"), ("flat", "own")])
+def test_numpy_decides_as_torch_does(tmp_path: Path, interface: str, critic: str) -> None:
     """The exported network on the observations of an episode, beside the model that it was made of."""
-    run = train(small(tmp_path / "run", envs=replace(SHORT, interface=interface)))
+    envs, ppo = replace(SHORT, interface=interface), replace(FEW, critic=critic)
+    run = train(small(tmp_path / "run", envs=envs, ppo=ppo))
     policy = LearnedPolicy(run.scenario, path=str(run.checkpoints.path() / "policy.npz"))
     translated = run.norm.venv.interface  # type: ignore[attr-defined]
     env = parallel_env(run.scenario)
     observations, _ = env.reset(seed=3)
+    policy.reset(3)
+    memory, for_value = None, np.zeros((2, run.model.observation_space.shape[0] - translated.n_shown))  # type: ignore[index]
     while env.agents:
         rows = np.stack(list(observations.values()))
-        answers, _ = run.model.predict(run.norm.normalize_obs(translated.shown(rows)), deterministic=True)
+        memory = translated.remembered(rows, memory)
+        shown = np.concatenate([translated.shown(rows, memory), for_value], axis=1)
+        answers, _ = run.model.predict(run.norm.normalize_obs(shown), deterministic=True)
         actions = policy.act(observations)
         np.testing.assert_allclose(
             np.stack(list(actions.values())), translated.commands(answers, rows), atol=1e-5

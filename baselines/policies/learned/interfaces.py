@@ -1,19 +1,21 @@
 """How a network meets the environment: what it is shown of an observation, and what its answers mean.
 
-Each interface is a pair of pure functions on rows, `shown` and `commands`, the same in training and on a
-robot.  ``flat`` shows the observation as it is and answers with the action itself.  ``rays`` is made so
-that little has to be learned: see `baselines.policies.learned.ray_interface`.
+Each interface is three pure functions on rows, `remembered`, `shown` and `commands`, the same in training and
+on a robot.  ``flat`` shows the observation as it is and answers with the action itself.  ``rays`` is made so
+that little has to be learned: see `baselines.policies.learned.ray_interface`.  ``trail`` is ``rays`` with a
+memory of the robot's own way: see `baselines.policies.learned.trail_interface`.
 """
 
 import re
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Shaped
 
 from baselines.policies.learned.ray_interface import Rays
+from baselines.policies.learned.trail_interface import Trails
 from envs.rendezvous_v0 import layout
 from wifipgo.errors import pick
 from wifipgo.scenarios import Scenario
@@ -41,8 +43,14 @@ class Interface(Protocol):
     reads: tuple[str, ...]
     scale: tuple[float, ...]
 
-    def shown(self, rows: Rows) -> Shown:
-        """What the network sees, float32."""
+    def remembered(self, rows: Rows, memory: Any) -> Any:
+        """What robots keep of their episode, with what they observe now; a named tuple of arrays, or None.
+
+        Where an episode begins, which an observation says, it begins anew; ``memory`` is left as it was.
+        """
+
+    def shown(self, rows: Rows, memory: Any = None) -> Shown:
+        """What the network sees, float32, of observations and of what was remembered with them."""
 
     def commands(self, answers: Answers, rows: Rows) -> Actions:
         """Actions that the answers mean to robots that observe ``rows``."""
@@ -70,7 +78,11 @@ class Flat:
         self._columns = np.concatenate(columns)
         self.n_shown = len(self._columns)
 
-    def shown(self, rows: Rows) -> Shown:
+    def remembered(self, rows: Rows, memory: Any) -> Any:
+        """Nothing."""
+        return None
+
+    def shown(self, rows: Rows, memory: Any = None) -> Shown:
         """Those blocks, one after the other."""
         return rows[:, self._columns].astype(np.float32, copy=False)
 
@@ -83,7 +95,9 @@ class Flat:
         return np.clip(actions, -1.0, 1.0).astype(np.float32, copy=False)
 
 
-INTERFACES: Mapping[str, type[Flat | Rays]] = MappingProxyType({"flat": Flat, "rays": Rays})
+INTERFACES: Mapping[str, type[Flat | Rays]] = MappingProxyType({"flat": Flat, "rays": Rays, "trail": Trails})
+# Interfaces that choose among directions: their network is that of `train._rays_policy`.
+DIRECTIONS: Mapping[str, type[Rays]] = MappingProxyType({"rays": Rays, "trail": Trails})
 
 
 def make_interface(name: str, scenario: Scenario, blocks: Sequence[str] = ()) -> Interface:

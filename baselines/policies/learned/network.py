@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from baselines.policies.learned import ray_interface, trail_interface
 from baselines.policies.learned.network_checks import Sizes, check_layers, layers_of
-from baselines.policies.learned.ray_interface import N_WHOLE
 from envs.rendezvous_v0 import layout
 from wifipgo.errors import BadInputError, require
 from wifipgo.files.atomic_files import appearing
@@ -24,18 +24,31 @@ from wifipgo.scenarios import Scenario
 from wifipgo.world.lidar import N_LIDAR_RAYS
 
 FORMAT = 1
+# Numbers of the robot as a whole, by interface; those of each direction follow.
+N_WHOLE: Mapping[str, int] = {"rays": ray_interface.N_WHOLE, "trail": trail_interface.N_WHOLE}
+
+
+def _scorers(n_whole: int) -> Sequence[Sizes]:
+    """The perceptron that scores directions, and that of stopping and calling."""
+
+    def n_direction(shown: int) -> int:
+        return (shown - n_whole) // N_LIDAR_RAYS
+
+    return (
+        Sizes("ray", lambda shown: n_whole + n_direction(shown), 1),
+        Sizes("whole", lambda shown: n_whole + 2 * n_direction(shown), 3),
+    )
+
+
 # Per interface: each perceptron with its numbers in and out; the first of them follow from what is shown.
 _SIZES: Mapping[str, Sequence[Sizes]] = {
     "flat": (Sizes("action", lambda shown: shown, 3),),
-    "rays": (
-        Sizes("ray", lambda shown: N_WHOLE + _n_direction(shown), 1),
-        Sizes("whole", lambda shown: N_WHOLE + 2 * _n_direction(shown), 3),
-    ),
+    **{name: _scorers(n_whole) for name, n_whole in N_WHOLE.items()},
 }
 # One perceptron for all that is shown may answer for an interface, too: what each of its choices scores.
 _ONE_FOR_ALL: Mapping[str, Sequence[Sizes]] = {
     **_SIZES,
-    "rays": (Sizes("action", lambda shown: shown, N_LIDAR_RAYS + 3),),
+    **{name: (Sizes("action", lambda shown: shown, N_LIDAR_RAYS + 3),) for name in N_WHOLE},
 }
 _KINDS: Mapping[str, type | tuple[type, ...]] = {
     "interface": str,
@@ -84,7 +97,7 @@ class Network:
         x = np.clip((shown - self.mean) / np.sqrt(self.variance + 1e-8), -self.clip, self.clip)
         if "action" in self.nets:
             return perceptron(self.nets["action"], x)
-        whole, directions = split_rays(x)
+        whole, directions = split_rays(x, N_WHOLE[self.interface])
         for_each = np.broadcast_to(whole[..., None, :], (*directions.shape[:-1], whole.shape[-1]))
         each = np.concatenate([directions, for_each], axis=-1)
         pooled = np.concatenate([whole, directions.mean(axis=-2), directions.max(axis=-2)], axis=-1)
@@ -154,16 +167,11 @@ def perceptron(
 
 
 def split_rays(
-    x: Float[np.ndarray, "*rows shown"],
+    x: Float[np.ndarray, "*rows shown"], n_whole: int
 ) -> tuple[Float[np.ndarray, "*rows whole"], Float[np.ndarray, "*rows rays direction"]]:
     """Numbers of the robot, and those of each direction."""
-    directions = x[..., N_WHOLE:].reshape(*x.shape[:-1], -1, N_LIDAR_RAYS)
-    return x[..., :N_WHOLE], np.swapaxes(directions, -1, -2)
-
-
-def _n_direction(n_shown: int) -> int:
-    """Numbers of each direction among those that `rays` shows."""
-    return (n_shown - N_WHOLE) // N_LIDAR_RAYS
+    directions = x[..., n_whole:].reshape(*x.shape[:-1], -1, N_LIDAR_RAYS)
+    return x[..., :n_whole], np.swapaxes(directions, -1, -2)
 
 
 def layout_of(scenario: Scenario) -> list[tuple[str, int]]:

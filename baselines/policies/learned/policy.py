@@ -2,6 +2,7 @@
 
 from importlib.resources import as_file, files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -78,12 +79,14 @@ class LearnedPolicy(DrivesTeams):
             can_sample, "sample", f"False for the interface {network.interface!r}: it has no choices", sample
         )
         self._without = Without(without, scenario)
+        self._memory: Any = None
         self._network, self._sample, self.remark = network, sample, trained_elsewhere(network, scenario)
         super().__init__(scenario, key=_EPISODE_KEY)
 
     def _actions(self, view: View) -> Float[np.ndarray, "rows 3"]:
         rows = self._without.shown(view.rows)
-        shown = self._interface.shown(rows)
+        self._memory = self._interface.remembered(rows, self._memory)
+        shown = self._interface.shown(rows, self._memory)
         # A product's rounding depends on how many rows it has: each team's is a product of its own.
         teams = shown.reshape(-1, view.n_robots, shown.shape[1])
         scores = self._network.scores(teams).reshape(len(shown), -1)

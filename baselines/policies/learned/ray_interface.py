@@ -9,6 +9,7 @@ All of it is computed from what the robot observes, nothing from elsewhere.
 """
 
 import functools
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int, Shaped
@@ -49,6 +50,7 @@ class Rays:
     """
 
     reads: tuple[str, ...] = READS
+    n_whole = N_WHOLE
     n_shown = N_WHOLE + N_DIRECTION * N_LIDAR_RAYS
     n_choices: tuple[int, ...] = (N_MOTIONS, 2)
 
@@ -66,9 +68,17 @@ class Rays:
         lengths = (self._steps_per_range, self._steps_per_room, self._seen_steps)
         self.scale: tuple[float, ...] = (*lengths, float(self._n_steps))
 
-    def shown(self, rows: Rows) -> Shown:
+    def remembered(self, rows: Rows, memory: Any) -> Any:
+        """Nothing: all that it shows is observed."""
+        return None
+
+    def shown(self, rows: Rows, memory: Any = None) -> Shown:
         """Numbers of the robot, then those of each direction; float32."""
-        rows = rows.astype(np.float64)
+        whole, blocks = self._parts(rows.astype(np.float64))
+        return np.concatenate([*whole, *blocks], axis=1, dtype=np.float32, casting="same_kind")
+
+    def _parts(self, rows: Rows) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """Numbers of the robot, and blocks of one number for each direction."""
         heading_rad = np.arctan2(*self._block(rows, "own/heading").T[::-1])
         to_start = self._steps_per_room * (self._block(rows, "own/start") - self._block(rows, "own/position"))
         home_steps, home_rad = np.hypot(*to_start.T), np.arctan2(*to_start.T[::-1]) - heading_rad
@@ -77,7 +87,7 @@ class Rays:
         whole = [self._whole(rows, home_steps, slot), new.mean(axis=(1, 2))[:, None]]
         blocks = [*self._free(rows), *self._ahead(rows, new, heading_rad)]
         blocks += [*_homeward(home_rad, home_steps), *self._heard(rows, slot)]
-        return np.concatenate([*whole, *blocks], axis=1, dtype=np.float32, casting="same_kind")
+        return whole, blocks
 
     def commands(self, answers: Shaped[np.ndarray, "rows 2"], rows: Rows) -> Actions:
         """Drive along the chosen ray as far as a step or what is in the way allows; call or not."""
@@ -138,13 +148,13 @@ class Rays:
     def _ahead(self, rows: Rows, new: np.ndarray, heading_rad: np.ndarray) -> list[np.ndarray]:
         """How much is new around points along each direction; what is outside the room is not."""
         side = new.shape[1]
-        gain = _around(new, self._seen_steps / self._steps_per_room * side)
+        gain = around(new, self._seen_steps / self._steps_per_room * side)
         angle_rad = heading_rad[:, None] + ray_azimuths()
         x, y = self._block(rows, "own/position").T[:, :, None, None]
         reaches = np.array(_REACHES)[:, None]
         x_bins = side * (x + reaches * (np.cos(angle_rad) / self._steps_per_room)[:, None])
         y_bins = side * (y + reaches * (np.sin(angle_rad) / self._steps_per_room)[:, None])
-        return list(_sampled(gain, x_bins, y_bins, side).transpose(1, 0, 2))
+        return list(sampled(gain, x_bins, y_bins, side).transpose(1, 0, 2))
 
     def _heard(self, rows: Rows, slot: np.ndarray) -> list[np.ndarray]:
         """The neighbour's signal from each direction, and a robot in sight there."""
@@ -172,7 +182,7 @@ def _sectors() -> tuple[Int[np.ndarray, " bins"], Int[np.ndarray, " rays"]]:
     return by_sector, np.searchsorted(sector[by_sector], np.arange(N_LIDAR_RAYS))
 
 
-def _around(new: Float[np.ndarray, "rows side side"], radius_bins: float) -> Float[np.ndarray, "rows n n"]:
+def around(new: Float[np.ndarray, "rows side side"], radius_bins: float) -> Float[np.ndarray, "rows n n"]:
     """Sum over the squares in range of each, 1 where all are new in the open; zeros between the rooms.
 
     A disc is made of runs along y, each widened from a narrower one. Rooms lie one after the other with
@@ -218,7 +228,7 @@ def _most_in_range(side: int, half: tuple[int, ...]) -> float:
     return float(counts.max())
 
 
-def _sampled(
+def sampled(
     gain: Float[np.ndarray, "rows n n"],
     x_bins: Float[np.ndarray, "rows reaches rays"],
     y_bins: Float[np.ndarray, "rows reaches rays"],
