@@ -1,0 +1,49 @@
+"""Picture of trainings: the mean over all scenarios in large, and each scenario in small."""
+
+from collections.abc import Sequence
+from itertools import cycle
+
+from wifipgo.command.figures import Axes, Figure
+
+import pandas as pd
+
+from train._learning_curve import LEARNED
+from wifipgo.command.palette import GREY, SERIES
+
+_N_SMALL = 3  # small pictures beside each other
+
+
+def drawn(curves: pd.DataFrame, scenarios: Sequence[str]) -> Figure:
+    """Thin lines are runs, thick ones means of a recipe, bands its range, dashes scripted policies."""
+    n_lines = -(-len(scenarios) // _N_SMALL)
+    figure = Figure(figsize=(13.0, max(4.5, 1.9 * n_lines)), layout="constrained")
+    left, right = figure.subfigures(1, 2, width_ratios=[1.0, 1.35])  # type: ignore[misc]
+    large = left.subplots()
+    _curve(large, curves)
+    large.set(xlabel="agent-steps (millions)", ylabel="mapped share of the floor (%)")
+    large.set_title(f"mean of {len(scenarios)} scenarios", loc="left")
+    left.legend(loc="outside lower center", frameon=False, ncols=2)
+    small = right.subplots(n_lines, min(_N_SMALL, len(scenarios)), squeeze=False, sharex=True).ravel()
+    for axes, scenario in zip(small, scenarios, strict=False):
+        _curve(axes, curves[curves["scenario"] == scenario])
+        axes.set_title(scenario, loc="left", fontsize=8)
+    for axes in small[len(scenarios) :]:
+        axes.set_visible(False)
+    return figure
+
+
+def _curve(axes: Axes, curves: pd.DataFrame) -> None:
+    """One line and band a recipe, one dashed line a scripted policy."""
+    learned, rules = curves[curves["policy"] == LEARNED], curves[curves["policy"] != LEARNED]
+    for colour, (recipe, mine) in zip(cycle(SERIES), learned.groupby("recipe", sort=False), strict=False):
+        by_run = 100.0 * mine.pivot_table(index="agent_steps", columns="run", values="mapped_share")
+        together, n_runs = by_run.dropna(), by_run.shape[1]
+        x = together.index.to_numpy(float) / 1e6
+        seeds = f", mean and range of {n_runs} seeds" if n_runs > 1 else ""
+        axes.plot(by_run.index.to_numpy(float) / 1e6, by_run, color=colour, lw=0.8, alpha=0.7)
+        axes.plot(x, together.mean(axis=1), color=colour, lw=2.0, label=f"{recipe}{seeds}")
+        axes.fill_between(x, together.min(axis=1), together.max(axis=1), color=colour, alpha=0.25, lw=0)
+    for policy, scores in rules.groupby("policy", sort=False)["mapped_share"]:
+        axes.axhline(100.0 * scores.mean(), color=GREY, ls="--", lw=1.2, label=str(policy))
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(alpha=0.3)

@@ -1,0 +1,124 @@
+"""How trainings learn: runs of several seeds and variants side by side, as a picture and a table.
+
+Run: ``wifipgo bench training_curves shipped=RUN+RUN+RUN "another=RUN" [--out FILE.png]``. A run is the
+folder of ``wifipgo train``; those of one name, joined by ``+``, are seeds of one recipe. All must have been
+judged on the same worlds. The table is at the last agent-steps that all runs of a name reached.
+"""
+
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import pandas as pd
+import tyro
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks._training_curves_picture import drawn
+from train._config import TrainConfig
+from train._config_files import read_yaml
+from train._learning_curve import LEARNED
+from wifipgo.command.command_line import exit_code
+from wifipgo.errors import require
+from wifipgo.files.atomic_files import appearing
+
+_KEYS = ["policy", "trial", "seed"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CurvesConfig:
+    """What is compared."""
+
+    runs: tyro.conf.Positional[tuple[str, ...]]
+    out: Annotated[Path | None, tyro.conf.arg(help="Draw the curves into this .png file.")] = None
+
+    def __post_init__(self) -> None:
+        """Refuse what names no run."""
+        require(bool(self.runs), "runs", "NAME=FOLDER or NAME=FOLDER+FOLDER, one or more", self.runs)
+        for text in self.runs:
+            name, _, folders = text.partition("=")
+            require(bool(name and folders), "runs", "NAME=FOLDER or NAME=FOLDER+FOLDER", text)
+
+
+def curves_of(texts: Sequence[str]) -> tuple[pd.DataFrame, tuple[str, ...]]:
+    """Scores of all runs, with the columns ``recipe``, ``run`` and ``scenario`` beside those of a curve.
+
+    Returns:
+        The scores, and the scenarios in order.
+
+    Raises:
+        ValueError: A run was judged on other worlds than the first.
+        OSError: A folder without a curve.
+    """
+    parts, first = [], None
+    for recipe, folders in ((name, rest.split("+")) for name, _, rest in (t.partition("=") for t in texts)):
+        for folder in map(Path, folders):
+            config = read_yaml(folder / "config.yaml")
+            table = pd.read_parquet(folder / "curve.parquet")
+            judged = (played_of(config), config.selection.trials, config.selection.seed)
+            first = first or judged
+            require(judged == first, f"selection of {folder}", f"that of the first run, {first}", judged)
+            scenario = [judged[0][trial // judged[1]] for trial in table["trial"]]
+            parts.append(table.assign(recipe=recipe, run=str(folder), scenario=scenario))
+    assert first is not None
+    return pd.concat(parts, ignore_index=True), first[0]
+
+
+def played_of(config: TrainConfig) -> tuple[str, ...]:
+    """Scenarios that checkpoints are judged on."""
+    return config.selection.scenarios or (config.envs.scenario,)
+
+
+def scores_at_the_end(curves: pd.DataFrame) -> Mapping[str, pd.DataFrame]:
+    """By recipe, the mean score of each run by scenario, where the shortest of its runs ends."""
+    learned, found = curves[curves["policy"] == LEARNED], {}
+    for recipe, mine in learned.groupby("recipe", sort=False):
+        end = mine.groupby("run")["agent_steps"].max().min()
+        here = mine[mine["agent_steps"] == end]
+        found[f"{recipe}, {end:,}"] = here.pivot_table(
+            index="run", columns="scenario", values="mapped_share", sort=False
+        )
+    for policy, rules in curves[curves["policy"] != LEARNED].groupby("policy", sort=False):
+        once = rules[rules["run"] == rules["run"].iloc[0]]
+        found[str(policy)] = once.pivot_table(
+            index="run", columns="scenario", values="mapped_share", sort=False
+        )
+    return found
+
+
+def table_of(scores: Mapping[str, pd.DataFrame], scenarios: Sequence[str]) -> Table:
+    """Recipes as rows: mean over seeds, and their range where there are several."""
+    table = Table(title="mapped share in %, mean over seeds and their range")
+    for name in ("recipe, agent-steps", "seeds", "all", *scenarios):
+        table.add_column(name, justify="left" if name.startswith("recipe") else "right")
+    for name, frame in scores.items():
+        columns = [frame.mean(axis=1), *(frame[scenario] for scenario in scenarios)]
+        table.add_row(name, str(len(frame)), *map(_cell, columns))
+    return table
+
+
+def _cell(of_runs: "pd.Series[float]") -> str:
+    mean = f"{100.0 * of_runs.mean():.1f}"
+    if len(of_runs) == 1:
+        return mean
+    return f"{mean} [{100.0 * of_runs.min():.1f}, {100.0 * of_runs.max():.1f}]"
+
+
+def run(config: CurvesConfig) -> None:
+    """Print the table, then draw."""
+    curves, scenarios = curves_of(config.runs)
+    Console(width=200).print(table_of(scores_at_the_end(curves), scenarios))
+    if config.out is not None:
+        with appearing(config.out) as unfinished:
+            drawn(curves, scenarios).savefig(unfinished, dpi=120, format="png")
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run from the command line."""
+    return exit_code(lambda: run(tyro.cli(CurvesConfig, args=args, description=__doc__)))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,59 @@
+"""Trainings side by side: seeds of one recipe are pooled where all of them are, and nothing else is mixed."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+pytest.importorskip("stable_baselines3")
+
+from benchmarks.training_curves import curves_of, main, scores_at_the_end, table_of
+from train._config import SelectionConfig, TrainConfig
+from train._config_files import record_of
+from train._yaml import written
+
+PLAYED = ("paper-sim-2", "paper-hw-2")
+JUDGED = SelectionConfig(scenarios=PLAYED, trials=3, seed=70_000)
+
+
+def run_of(folder: Path, ends: int, first: float, judged: SelectionConfig = JUDGED) -> Path:
+    """A run that is 0.1 better in the second scenario, and by 0.01 every thousand agent-steps."""
+    folder.mkdir()
+    (folder / "config.yaml").write_text(written(record_of(TrainConfig(selection=judged))))
+    each = np.repeat([0.0, 0.1], 3)
+    rows = [("rule", 0, 0.3 + each), *(("learned", k, first + k / 1e5 + each) for k in range(0, ends, 1_000))]
+    tables = [
+        pd.DataFrame(
+            {"agent_steps": at, "policy": who, "trial": range(6), "seed": range(6), "mapped_share": s}
+        )
+        for who, at, s in rows
+    ]
+    pd.concat(tables).to_parquet(folder / "curve.parquet", index=False)
+    return folder
+
+
+def test_seeds_are_pooled_where_all_of_them_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    long, short = run_of(tmp_path / "a", 3_000, 0.5), run_of(tmp_path / "b", 2_000, 0.6)
+    curves, scenarios = curves_of([f"mine={long}+{short}"])
+    assert scenarios == PLAYED
+    scores = scores_at_the_end(curves)
+    assert list(scores) == ["mine, 1,000", "rule"]
+    np.testing.assert_allclose(scores["mine, 1,000"], [[0.51, 0.61], [0.61, 0.71]])
+    assert scores["rule"].to_numpy().tolist() == [pytest.approx([0.3, 0.4])]
+    cells = [list(column.cells) for column in table_of(scores, scenarios).columns]
+    assert cells[1:3] == [["2", "1"], ["61.0 [56.0, 66.0]", "35.0"]]
+    assert main([f"mine={long}+{short}", "--out", str(tmp_path / "curves.png")]) == 0
+    assert (tmp_path / "curves.png").read_bytes().startswith(b"\x89PNG")
+    assert "paper-hw-2" in capsys.readouterr().out
+
+
+def test_what_cannot_be_compared_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    mine = run_of(tmp_path / "a", 2_000, 0.5)
+    other = run_of(tmp_path / "b", 2_000, 0.5, replace(JUDGED, seed=70_001))
+    assert main([f"mine={mine}", f"other={other}"]) == 2
+    assert "must be that of the first run" in capsys.readouterr().err
+    with pytest.raises(SystemExit, match="2"):
+        main(["mine"])
+    assert "runs must be NAME=FOLDER" in capsys.readouterr().err
