@@ -7,13 +7,14 @@ of those of the same name; the page and its picture are made anew.
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from baselines.suite.definition import SUITES
 from baselines.suite.report import draw, title
 from baselines.suite.results import FILE, Results, joined, read_results, write_results
-from baselines.suite.standings import Standing, reference_of, standings_of
-from baselines.suite.table import markdown_table
+from baselines.suite.standings import Standing, decided_between, reference_of, standings_of
+from baselines.suite.table import markdown_table, pairs_table
 from wifipgo.command.command_line import exit_code
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import write_text
@@ -21,6 +22,7 @@ from wifipgo.files.text_files import read_text
 
 SCORES, PAGE, PICTURE = "leaderboard.json", "leaderboard.md", "pictures/leaderboard.png"
 _PICTURE = f"![Scores by scenario, interquartile means, probabilities of improvement]({PICTURE})"
+_PAIRS = "Scenarios in which the policy of a row is above, below that of a column, by the paired difference:"
 BEGIN, END = "<!-- made by python -m baselines.suite.leaderboard -->", "<!-- end -->"
 
 
@@ -71,8 +73,10 @@ def with_table(page: str, results: Results) -> str:
     require(bool(end), PAGE, f"with {BEGIN} and {END}", "a page without")
     reference = reference_of(list(results.entries))
     standings = standings_of(results, reference)
-    parts = (title(results, reference), markdown_table(standings), _PICTURE, _policies(standings, results))
-    return "\n\n".join([before + BEGIN, *parts, end + after])
+    labels = [one.label for one in standings]
+    pairs = f"{_PAIRS}\n\n{pairs_table(labels, partial(decided_between, results))}"
+    parts = [title(results, reference), markdown_table(standings), _PICTURE, pairs]
+    return "\n\n".join([before + BEGIN, *parts, _policies(standings, results), end + after])
 
 
 def _policies(standings: Sequence[Standing], results: Results) -> str:

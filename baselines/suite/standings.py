@@ -76,6 +76,11 @@ def standings_of(results: Results, reference: str) -> list[Standing]:
     return sorted(found, key=lambda one: one.iqm.value or 0.0, reverse=True)
 
 
+def decided_between(results: Results, label: str, other: str) -> tuple[int, int]:
+    """In how many scenarios a policy is above another, and below, by the interval of their difference."""
+    return _decided(results.scores(label) - results.scores(other))
+
+
 def normalised(
     scores: Float[np.ndarray, "scenarios worlds"], results: Results
 ) -> Float[np.ndarray, "scenarios worlds"]:

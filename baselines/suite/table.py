@@ -1,6 +1,6 @@
 """A suite's standings as a table, on the terminal and in Markdown."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from rich.box import SIMPLE
 from rich.table import Table
@@ -38,6 +38,15 @@ def markdown_table(standings: Sequence[Standing]) -> str:
         counts = "" if one.improvement is None else f"{one.above}, {one.below}"
         cells = [_cell(one.scores[name], best[name]) for name in names]
         lines.append(_piped([markdown_text(one.label), _interval(one.iqm, " "), improvement, counts, *cells]))
+    return "\n".join(lines)
+
+
+def pairs_table(labels: Sequence[str], decided: Callable[[str, str], tuple[int, int]]) -> str:
+    """Every policy against every other: in how many scenarios that of the row is above, and below."""
+    lines = [_piped(["", *map(markdown_text, labels)]), _piped(["---"] * (len(labels) + 1))]
+    for label in labels:
+        counts = ["" if label == other else "{}, {}".format(*decided(label, other)) for other in labels]
+        lines.append(_piped([markdown_text(label), *counts]))
     return "\n".join(lines)
 
 

@@ -17,6 +17,8 @@ from baselines.suite.config import SuiteConfig
 from baselines.suite.definition import SUITES, Part, Suite, anchors_of, digest_of
 from baselines.suite.results import FILE, Results, joined, read_results, write_results
 from baselines.suite.run import play_suite
+from baselines.suite.standings import decided_between
+from baselines.suite.table import pairs_table
 from wifipgo.scenarios import SCENARIOS
 
 POLICIES = "random,active"
@@ -197,6 +199,26 @@ def test_entries_of_the_leaderboard_are_added_and_replaced(done: Results, tmp_pa
     assert "| active |" in page
     assert (docs / "pictures" / "leaderboard.png").read_bytes().startswith(b"\x89PNG")
     assert leaderboard.with_table(page, done) == page
+
+
+def test_every_policy_is_compared_with_every_other() -> None:
+    lines = pairs_table(["a", "b"], lambda row, column: (3, 1) if (row, column) == ("a", "b") else (1, 3))
+    assert lines.splitlines()[2:] == ["| a |  | 3, 1 |", "| b | 1, 3 |  |"]
+
+
+def test_who_is_above_follows_from_paired_differences(done: Results) -> None:
+    """A shift of every world is seen however wide the scores of worlds are spread."""
+    entry = done.entries["active"]
+    better = {
+        name: tuple(score + 0.01 * (k % 2 + 1) for k, score in enumerate(of))
+        for name, of in entry.scores.items()
+    }
+    entries = {**done.entries, "better": replace(entry, scores=better)}
+    found = replace(done, entries=entries)
+    n = len(done.scenarios)
+    assert decided_between(found, "better", "active") == (n, 0)
+    assert decided_between(found, "active", "better") == (0, n)
+    assert decided_between(found, "active", "active") == (0, 0)
 
 
 def test_versions_are_what_was_published() -> None:
