@@ -10,6 +10,7 @@ from tensordict import TensorDict, TensorDictBase
 from torchrl.data import Bounded, Categorical, Composite, Unbounded
 from torchrl.envs import EnvBase
 
+from baselines.policies.learned.interfaces import make_interface
 from envs.rendezvous_v0 import RESET_MASK, RendezvousVectorEnv, flat_vector_env
 from train._tensors import tensor_of
 from wifipgo.scenarios import Scenario
@@ -31,6 +32,9 @@ class RendezvousTorchEnv(EnvBase):
         scenario: As in `envs.rendezvous_v0.parallel_env`.
         num_envs: Worlds.
         return_state: Show what is true and believed of the team, for a centralised critic.
+        interface: Show what networks of this interface are shown, by its name in
+            `baselines.policies.learned.interfaces.INTERFACES`; without one, the whole observation. The
+            choices of ``actions="discrete"`` are the answers of ``rays``.
         seed: Of world 0; those after it have the numbers that follow.
         device: Where tensors are wanted; worlds are stepped by the processor.
         arguments: Others of `envs.rendezvous_v0.vector_env`; observations are always flat.
@@ -45,6 +49,7 @@ class RendezvousTorchEnv(EnvBase):
         *,
         num_envs: int = 64,
         return_state: bool = False,
+        interface: str | None = None,
         seed: int | None = None,
         device: Any = "cpu",
         **arguments: Any,
@@ -53,6 +58,7 @@ class RendezvousTorchEnv(EnvBase):
         worlds = flat_vector_env(scenario, num_envs, whom="tensors", **arguments)
         super().__init__(device=device, batch_size=torch.Size([num_envs]))
         self.worlds, self.return_state = worlds, return_state
+        self._interface = None if interface is None else make_interface(interface, worlds.scenario)
         self.group_map = {GROUP: list(worlds.possible_agents)}
         self._next_seed = seed
         self._terminated = self._truncated = np.zeros(num_envs, dtype=bool)
@@ -67,7 +73,7 @@ class RendezvousTorchEnv(EnvBase):
     def _set_specs(self, infos: dict[str, np.ndarray]) -> None:
         """Specs of one world: TorchRL adds the axis of worlds."""
         n, device = self.worlds.n_robots, self.device
-        seen = {"observation": _box(self.worlds.single_observation_space, n)}
+        seen: dict[str, Any] = {"observation": self._shown_spec(n)}
         if _MASK in infos:
             seen[_MASK] = _unknown(infos[_MASK].astype(bool))
         told = {name: _unknown(column) for name, column in infos.items() if name != _MASK}
@@ -122,7 +128,10 @@ class RendezvousTorchEnv(EnvBase):
         """What is observed and said, as tensors."""
         n = (self.worlds.n_worlds, self.worlds.n_robots)
         info = {name: self._tensor(column) for name, column in infos.items() if name != _MASK}
-        group = {"observation": self._tensor(seen), "info": TensorDict(info, n, device=self.device)}
+        group = {
+            "observation": self._tensor(self._shown(seen)),
+            "info": TensorDict(info, n, device=self.device),
+        }
         if _MASK in infos:
             group[_MASK] = self._tensor(infos[_MASK].astype(bool))
         flags = zip(_FLAGS, (terminated | truncated, terminated, truncated), strict=True)
@@ -131,6 +140,18 @@ class RendezvousTorchEnv(EnvBase):
             told["state"] = self._tensor(self.worlds.state())
         told[GROUP] = TensorDict(group, n, device=self.device)
         return TensorDict(told, self.batch_size, device=self.device)
+
+    def _shown(self, seen: np.ndarray) -> np.ndarray:
+        """Observations of all robots as a network is shown them."""
+        if self._interface is None:
+            return seen
+        return self._interface.shown(seen.reshape(-1, seen.shape[-1])).reshape(*seen.shape[:-1], -1)
+
+    def _shown_spec(self, n_robots: int) -> Bounded | Unbounded:
+        """Bounds of what is shown; an interface tells none."""
+        if self._interface is None:
+            return _box(self.worlds.single_observation_space, n_robots)
+        return Unbounded(shape=(n_robots, self._interface.n_shown))
 
     def _tensor(self, x: np.ndarray) -> torch.Tensor:
         return tensor_of(x, self.device)

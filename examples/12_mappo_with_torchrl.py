@@ -1,0 +1,92 @@
+"""TorchRL: MAPPO from nothing on any mix of scenarios and teams; ``ppo:path=FOLDER`` plays what it learns.
+
+Needs ``torchrl``. Run: python examples/12_mappo_with_torchrl.py
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+import tyro
+from rich.progress import track
+from tensordict import TensorDict
+
+from baselines.policies.learned.training_scenarios import scenario_varied
+from train.rays_networks import network_of
+from train.torchrl_env import RendezvousTorchEnv
+from train.torchrl_mappo import Mappo
+
+# The score is taken at the end of an episode: nothing counts after it.
+TASK: dict[str, Any] = {"interface": "rays", "actions": "discrete", "terminate_at_end": True}
+SHARE = ("next", "robots", "info", "mapped_share_truth")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """Episodes of some worlds of each scenario (NAME KEY=VALUE ...), a few epochs of them, and again."""
+
+    scenarios: tuple[str, ...] = ("paper-sim-2",)
+    agent_steps: int = 200_000
+    worlds: int = 16
+    batch_size: int = 400
+    epochs: int = 8
+    lr: float = 7e-4
+    gamma: float = 0.997
+    entropy: float = 0.005
+    seed: int = 0
+    out: Path = Path("results/mappo")
+
+
+def learn(mappo: Mappo, rows: TensorDict, optimiser: torch.optim.Optimizer, chosen: Settings) -> None:
+    """PPO's epochs; they end where the policy has moved far enough."""
+    for _ in range(chosen.epochs):
+        for some in torch.randperm(len(rows)).split(chosen.batch_size):
+            losses = mappo.loss(rows[some])
+            optimiser.zero_grad()
+            (losses["loss_objective"] + losses["loss_critic"] + losses["loss_entropy"]).backward()
+            torch.nn.utils.clip_grad_norm_(mappo.loss.parameters(), 0.5)
+            optimiser.step()
+        if losses["kl_approx"] > 0.03:
+            return
+
+
+def train(mappo: Mappo, envs: Sequence[RendezvousTorchEnv], chosen: Settings) -> Iterator[str]:
+    """Collect and learn; says after each update what was mapped, by scenario."""
+    lengths = [env.worlds.scenario.n_steps for env in envs]
+    n_rows = chosen.worlds * sum(n * env.worlds.n_robots for n, env in zip(lengths, envs, strict=True))
+    n_updates = math.ceil(chosen.agent_steps / n_rows)
+    optimiser = torch.optim.Adam(mappo.loss.parameters(), lr=chosen.lr, eps=1e-5)
+    slower = torch.optim.lr_scheduler.LinearLR(optimiser, 1.0, 0.1, n_updates)
+    how: dict[str, Any] = {"policy": mappo.policy, "break_when_any_done": False}
+    for update in track(range(1, n_updates + 1), f"{n_updates} updates"):
+        with torch.no_grad():
+            episodes = [env.rollout(n, **how) for n, env in zip(lengths, envs, strict=True)]
+        learn(mappo, mappo.rows(episodes), optimiser, chosen)
+        slower.step()
+        shares = [f"{episode[SHARE][:, -1].mean():.3f}" for episode in episodes]
+        yield f"{update * n_rows} agent-steps: {' '.join(shares)}"
+
+
+def main(chosen: Settings) -> None:
+    """Train, and write the network down after each update."""
+    torch.manual_seed(chosen.seed)
+    torch.set_num_threads(1)  # small networks
+    chosen.out.mkdir(parents=True, exist_ok=True)
+    played = [scenario_varied(text) for text in chosen.scenarios]
+    first = 2**32 * (1 + chosen.seed)  # no world of an evaluation has so large a seed
+    own: dict[str, Any] = {"num_envs": chosen.worlds, **TASK}
+    envs = [RendezvousTorchEnv(each, seed=first + 1000 * k, **own) for k, each in enumerate(played)]
+    mappo = Mappo(gamma=chosen.gamma, entropy_coeff=chosen.entropy)
+    others = {"envs": {"others": chosen.scenarios[1:]}}
+    origin = {"command": "examples/12_mappo_with_torchrl.py", "seed": chosen.seed, "settings": others}
+    for said in train(mappo, envs, chosen):
+        network_of(mappo.actor, played[0], origin).save(chosen.out / "policy.npz")
+        print(said)
+    print(f"wifipgo suite --policies team_plan,mappo=ppo:path={chosen.out}")
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Settings))

@@ -1,0 +1,154 @@
+"""Networks of the interface ``rays`` for learners that take torch modules: actor, critic of the team, export.
+
+The actor scores directions as `train.ppo` has it, so what it learns is played by ``ppo:path=FILE``, in numpy.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import torch
+from torch import nn
+
+from baselines.policies.learned.interfaces import layout_read
+from baselines.policies.learned.network import Network, plain
+from baselines.policies.learned.ray_interface import N_DIRECTION, N_WHOLE
+from envs.directions import N_MOTIONS
+from train._export import layers_of
+from train._rays_policy import perceptron
+from wifipgo.scenarios import Scenario
+from wifipgo.world.lidar import N_LIDAR_RAYS
+
+__all__ = ["N_SEEN", "N_SHOWN", "RaysActor", "RunningNorm", "TeamCritic", "network_of"]
+
+N_SHOWN = N_WHOLE + N_DIRECTION * N_LIDAR_RAYS
+# Numbers of the robot, then the mean and the largest of each number of the directions.
+N_SEEN = N_WHOLE + 2 * N_DIRECTION
+_INTERFACE = "rays"
+
+
+class RunningNorm(nn.Module):
+    """By mean and variance of all rows that it was given; of none, as it is.
+
+    Attributes:
+        clip: Largest normalised number.
+    """
+
+    mean: torch.Tensor
+    variance: torch.Tensor
+    count: torch.Tensor
+
+    def __init__(self, n_numbers: int = N_SHOWN, *, clip: float = 10.0) -> None:
+        """Begin with no rows."""
+        super().__init__()
+        self.clip = clip
+        self.register_buffer("mean", torch.zeros(n_numbers))
+        self.register_buffer("variance", torch.ones(n_numbers))
+        self.register_buffer("count", torch.zeros(()))
+
+    @torch.no_grad()
+    def update(self, rows: torch.Tensor) -> None:
+        """Take more rows into account, (..., numbers)."""
+        rows = rows.reshape(-1, rows.shape[-1])
+        total = self.count + len(rows)
+        share, mean = len(rows) / total, rows.mean(dim=0)
+        between = share * (1.0 - share) * (mean - self.mean).square()
+        variance = (1.0 - share) * self.variance + share * rows.var(dim=0, correction=0) + between
+        self.mean.lerp_(mean, share)
+        self.variance.copy_(variance)
+        self.count.copy_(total)
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """Normalised, (..., numbers)."""
+        return ((x - self.mean) / (self.variance + 1e-8).sqrt()).clamp(-self.clip, self.clip)
+
+
+class RaysActor(nn.Module):
+    """Logits of the choices of `envs.directions`, for rows of any shape; all robots share it.
+
+    Args:
+        norm: Of what is shown.
+        hidden: Units of the hidden layers.
+    """
+
+    def __init__(self, norm: RunningNorm, hidden: Sequence[int] = (64, 64)) -> None:
+        """Make the networks; small last layers begin with choices that are all alike."""
+        super().__init__()
+        self.norm = norm
+        self.ray = _begun(perceptron(N_DIRECTION + N_WHOLE, hidden, 1), 0.01)
+        self.whole = _begun(perceptron(N_SEEN, hidden, 3), 0.01)
+
+    def forward(self, shown: torch.Tensor) -> torch.Tensor:
+        """Of a motion and a call the sum of their scores: both are drawn apart, (..., 34)."""
+        whole, directions = _split(self.norm(shown))
+        for_each = whole.unsqueeze(-2).expand(*directions.shape[:-1], N_WHOLE)
+        rays = self.ray(torch.cat([directions, for_each], dim=-1)).squeeze(-1)
+        scores = torch.cat([rays, self.whole(_pooled(whole, directions))], dim=-1)
+        motions, calls = scores[..., :N_MOTIONS], scores[..., N_MOTIONS:]
+        return (calls.unsqueeze(-1) + motions.unsqueeze(-2)).flatten(-2)
+
+
+class TeamCritic(nn.Module):
+    """Value of a robot's situation from what it is shown and the mean over its team: any number of robots.
+
+    Args:
+        norm: Of what is shown.
+        hidden: Units of the hidden layers.
+    """
+
+    def __init__(self, norm: RunningNorm, hidden: Sequence[int] = (64, 64)) -> None:
+        """Make the network."""
+        super().__init__()
+        self.norm = norm
+        self.value = _begun(perceptron(2 * N_SEEN, hidden, 1), 1.0)
+
+    def team(self, shown: torch.Tensor) -> torch.Tensor:
+        """Mean over the robots, for each of them, (..., robots, N_SEEN); nothing in it is learned."""
+        seen = _pooled(*_split(self.norm(shown)))
+        return seen.mean(dim=-2, keepdim=True).expand_as(seen)
+
+    def forward(self, shown: torch.Tensor, team: torch.Tensor) -> torch.Tensor:
+        """Value, (..., 1)."""
+        out: torch.Tensor = self.value(torch.cat([_pooled(*_split(self.norm(shown))), team], dim=-1))
+        return out
+
+
+def network_of(actor: RaysActor, scenario: Scenario, origin: Mapping[str, Any]) -> Network:
+    """What a robot needs to run an actor: ``network_of(...).save(path)``, then ``ppo:path=...``.
+
+    Args:
+        actor: Trained.
+        scenario: That it was trained on.
+        origin: Command, seed, settings: where it comes from, for whoever finds the file.
+    """
+    norm = actor.norm
+    mean, variance = (x.numpy().astype(np.float32) for x in (norm.mean, norm.variance))
+    return Network(
+        interface=_INTERFACE,
+        nets={"ray": layers_of(actor.ray), "whole": layers_of(actor.whole)},
+        mean=mean,
+        variance=variance,
+        clip=norm.clip,
+        layout=layout_read(_INTERFACE, scenario),
+        scenario=plain(scenario),
+        origin=dict(origin),
+    )
+
+
+def _begun(net: nn.Sequential, last: float) -> nn.Sequential:
+    """Weights to begin with: orthogonal, the last layer's of this size."""
+    maps = [layer for layer in net if isinstance(layer, nn.Linear)]
+    for layer in maps:
+        nn.init.orthogonal_(layer.weight, last if layer is maps[-1] else 2.0**0.5)
+        nn.init.zeros_(layer.bias)
+    return net
+
+
+def _split(shown: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    """Numbers of the robot, and those of each direction, (..., rays, N_DIRECTION)."""
+    directions = shown[..., N_WHOLE:].unflatten(-1, (N_DIRECTION, N_LIDAR_RAYS))
+    return shown[..., :N_WHOLE], directions.transpose(-1, -2)
+
+
+def _pooled(whole: torch.Tensor, directions: torch.Tensor) -> torch.Tensor:
+    return torch.cat([whole, directions.mean(dim=-2), directions.amax(dim=-2)], dim=-1)

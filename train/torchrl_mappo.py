@@ -1,0 +1,103 @@
+"""MAPPO in TorchRL's own parts for the interface ``rays``: policy, advantages and loss. Needs ``torchrl``.
+
+A robot is a row of a batch, whatever team it was in: teams of several sizes are learned from side by side.
+"""
+
+from collections.abc import Sequence
+
+import torch
+from tensordict import TensorDict, TensorDictBase
+from tensordict.nn import InteractionType, TensorDictModule, TensorDictSequential
+from torchrl.modules import ProbabilisticActor
+from torchrl.objectives import ClipPPOLoss
+from torchrl.objectives.value import GAE
+
+from train.rays_networks import RaysActor, RunningNorm, TeamCritic
+from train.torchrl_env import GROUP
+
+_SHOWN, _CHOICE, _LOGITS = (GROUP, "observation"), (GROUP, "action"), (GROUP, "logits")
+_LOG_PROB, _TEAM, _VALUE = (GROUP, "action_log_prob"), (GROUP, "team"), (GROUP, "state_value")
+_ADVANTAGE, _TARGET = (GROUP, "advantage"), (GROUP, "value_target")
+_LEARNED_FROM = (_SHOWN, _CHOICE, _LOG_PROB, _TEAM, _ADVANTAGE, _TARGET)
+
+
+class Mappo:
+    """One actor that all robots share, and a critic that sees the team (Yu et al. 2022).
+
+    Args:
+        gamma: Discount of an iteration.
+        lmbda: Of the generalised advantage estimate.
+        clip_epsilon: Of the ratio of probabilities.
+        entropy_coeff: Weight of the entropy.
+        hidden: Units of the hidden layers, of actor and critic alike.
+
+    Attributes:
+        actor: What `train.rays_networks.network_of` exports.
+        policy: Draws choices, for ``env.rollout``.
+        loss: TorchRL's `ClipPPOLoss` of rows; its parameters are those to optimise.
+    """
+
+    def __init__(
+        self,
+        *,
+        gamma: float = 0.997,
+        lmbda: float = 0.95,
+        clip_epsilon: float = 0.2,
+        entropy_coeff: float = 0.005,
+        hidden: Sequence[int] = (64, 64),
+    ) -> None:
+        """Make the networks."""
+        norm = RunningNorm()
+        self.actor, critic = RaysActor(norm, hidden), TeamCritic(norm, hidden)
+        self.policy = _policy_of(self.actor)
+        self._team = TensorDictModule(critic.team, in_keys=[_SHOWN], out_keys=[_TEAM])
+        value = TensorDictModule(critic, in_keys=[_SHOWN, _TEAM], out_keys=[_VALUE])
+        self._gae = GAE(gamma=gamma, lmbda=lmbda, value_network=TensorDictSequential(self._team, value))
+        self.loss = ClipPPOLoss(
+            self.policy,
+            value,
+            clip_epsilon=clip_epsilon,
+            entropy_coeff=entropy_coeff,
+            critic_coeff=0.5,
+            loss_critic_type="l2",
+            normalize_advantage=True,
+        )
+        keys = {"value": _VALUE, "advantage": _ADVANTAGE, "value_target": _TARGET}
+        self._gae.set_keys(**keys, **{flag: (GROUP, flag) for flag in ("reward", "done", "terminated")})
+        self.loss.set_keys(**keys, action=_CHOICE, sample_log_prob=_LOG_PROB)
+
+    @torch.no_grad()
+    def rows(self, rollouts: Sequence[TensorDictBase]) -> TensorDict:
+        """What the loss needs of rollouts, with advantages: a row a robot, world and step.
+
+        The normalisation takes them into account first, and probabilities are told anew by it: an update is
+        held against the policy that it begins with.
+
+        Args:
+            rollouts: Of (worlds, steps), one for each environment.
+        """
+        self.actor.norm.update(torch.cat([rollout[_SHOWN].flatten(0, 2) for rollout in rollouts]))
+        return torch.cat([self._with_advantages(rollout) for rollout in rollouts])
+
+    def _with_advantages(self, rollout: TensorDictBase) -> TensorDict:
+        """Rows of one rollout; the end of a world is one of each of its robots."""
+        rollout[_LOG_PROB] = self.policy.get_dist(rollout).log_prob(rollout[_CHOICE])
+        told = rollout["next"]
+        for flag in ("done", "terminated"):
+            told[GROUP, flag] = told[flag].unsqueeze(-1).expand_as(told[GROUP, "reward"])
+        robots = self._gae(self._team(rollout)).select(*_LEARNED_FROM)[GROUP].flatten(0, 2)
+        return TensorDict({GROUP: robots}, batch_size=robots.batch_size)
+
+
+def _policy_of(actor: RaysActor) -> ProbabilisticActor:
+    """Draws one of the choices, and tells its log probability."""
+    return ProbabilisticActor(
+        TensorDictModule(actor, in_keys=[_SHOWN], out_keys=[_LOGITS]),
+        in_keys={"logits": _LOGITS},
+        out_keys=[_CHOICE],
+        distribution_class=torch.distributions.Categorical,
+        distribution_kwargs={"validate_args": False},  # logits of our own: a tenth of the time
+        default_interaction_type=InteractionType.RANDOM,
+        return_log_prob=True,
+        log_prob_key=_LOG_PROB,
+    )
