@@ -1,0 +1,75 @@
+"""MAPPO of TorchRL: what it is shown, advantages by hand, the policy that an update is held to."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torchrl", reason="not among the dependencies; see docs/frameworks.md")
+
+import torch
+from torchrl.envs.utils import check_env_specs
+
+from baselines.policies.learned.interfaces import make_interface
+from train.torchrl_env import RendezvousTorchEnv
+from train.torchrl_mappo import Mappo
+
+SMALL: dict[str, Any] = {"scenario": "paper-sim-2", "num_envs": 3, "size_m": 4.0, "n_steps": 5}
+
+
+def choosing(**changes: Any) -> RendezvousTorchEnv:
+    return RendezvousTorchEnv(**SMALL | {"interface": "rays", "actions": "discrete", "seed": 2} | changes)
+
+
+def test_what_is_shown_is_what_the_interface_makes_of_observations() -> None:
+    env, whole = choosing(), choosing(interface=None)
+    check_env_specs(env)
+    env.set_seed(2)
+    plain = whole.rollout(8, break_when_any_done=False)
+    actions = iter(plain["robots", "action"].unbind(dim=1))
+    shown = env.rollout(8, lambda td: td.set(("robots", "action"), next(actions)), break_when_any_done=False)
+    rows = plain["robots", "observation"].reshape(3 * 8 * 2, -1).numpy()
+    expected = make_interface("rays", env.worlds.scenario).shown(rows).reshape(3, 8, 2, -1)
+    np.testing.assert_array_equal(shown["robots", "observation"], expected)
+
+
+@pytest.mark.parametrize("terminate_at_end", [True, False])
+def test_advantages_are_those_of_a_sum_by_hand(terminate_at_end: bool) -> None:
+    """Past the ends of episodes; one by the clock is either an end, or a cut with a value behind it."""
+    torch.manual_seed(0)
+    env, mappo = choosing(terminate_at_end=terminate_at_end), Mappo(gamma=0.9, lmbda=0.8, hidden=(8,))
+    with torch.no_grad():
+        rollout = env.rollout(8, mappo.policy, break_when_any_done=False)
+    rows = mappo.rows([rollout])["robots"]
+    now, after = rollout["robots", "state_value"], rollout["next", "robots", "state_value"]
+    advantage = torch.zeros(3, 2, 1)
+    by_hand = torch.zeros_like(now)
+    for t in reversed(range(8)):
+        told = rollout["next"][:, t]
+        goes_on, has_value = (~told[flag][:, None] for flag in ("done", "terminated"))
+        error = told["robots", "reward"] + 0.9 * has_value * after[:, t] - now[:, t]
+        advantage = by_hand[:, t] = error + 0.9 * 0.8 * goes_on * advantage
+    torch.testing.assert_close(rows["advantage"].reshape(3, 8, 2, 1), by_hand, atol=1e-5, rtol=1e-4)
+    torch.testing.assert_close(rows["value_target"].reshape(3, 8, 2, 1), by_hand + now, atol=1e-5, rtol=1e-4)
+    assert rollout["next", "done"].sum() == 3
+
+
+def test_an_update_is_held_to_the_policy_that_it_begins_with() -> None:
+    """Teams of two and four side by side; the normalisation has moved since they chose."""
+    torch.manual_seed(0)
+    mappo, envs = Mappo(hidden=(8,)), [choosing(), choosing(n_robots=4)]
+    for parameter in mappo.loss.parameters():
+        parameter.data.normal_(0.0, 0.3)
+    with torch.no_grad():
+        rollouts = [env.rollout(5, mappo.policy) for env in envs]
+    rows = mappo.rows(rollouts)
+    assert len(rows) == 3 * 5 * (2 + 4)
+    losses = mappo.loss(rows)
+    assert losses["max_ratio"].item() == pytest.approx(1.0, abs=1e-4)
+    (losses["loss_objective"] + losses["loss_critic"] + losses["loss_entropy"]).backward()
+    assert all(parameter.grad is not None for parameter in mappo.loss.parameters())
+    assert {id(p) for p in mappo.actor.parameters()} < {id(p) for p in mappo.loss.parameters()}
+    policy: Any = mappo.policy
+    with torch.no_grad():
+        drawn = {policy(rollouts[0].clone())["robots", "action"].sum().item() for _ in range(5)}
+    assert len(drawn) > 1  # drawn, not the best each time
