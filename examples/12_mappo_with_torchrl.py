@@ -43,7 +43,7 @@ class Settings:
 def learn(mappo: Mappo, rows: TensorDict, optimiser: torch.optim.Optimizer, chosen: Settings) -> None:
     """PPO's epochs; they end where the policy has moved far enough."""
     for _ in range(chosen.epochs):
-        for some in torch.randperm(len(rows)).split(chosen.batch_size):
+        for some in torch.split(torch.randperm(len(rows)), chosen.batch_size):
             losses = mappo.loss(rows[some])
             optimiser.zero_grad()
             (losses["loss_objective"] + losses["loss_critic"] + losses["loss_entropy"]).backward()

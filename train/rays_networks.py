@@ -146,7 +146,7 @@ def _begun(net: nn.Sequential, last: float) -> nn.Sequential:
 
 def _split(shown: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
     """Numbers of the robot, and those of each direction, (..., rays, N_DIRECTION)."""
-    directions = shown[..., N_WHOLE:].unflatten(-1, (N_DIRECTION, N_LIDAR_RAYS))
+    directions = shown[..., N_WHOLE:].reshape(*shown.shape[:-1], N_DIRECTION, N_LIDAR_RAYS)
     return shown[..., :N_WHOLE], directions.transpose(-1, -2)
 
 
