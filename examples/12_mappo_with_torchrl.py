@@ -20,7 +20,7 @@ from train.torchrl_env import RendezvousTorchEnv
 from train.torchrl_mappo import Mappo
 
 # The score is taken at the end of an episode: nothing counts after it.
-TASK: dict[str, Any] = {"interface": "rays", "actions": "discrete", "terminate_at_end": True}
+TASK: dict[str, Any] = {"actions": "discrete", "terminate_at_end": True}
 SHARE = ("next", "robots", "info", "mapped_share_truth")
 
 
@@ -29,6 +29,7 @@ class Settings:
     """Episodes of some worlds of each scenario (NAME KEY=VALUE ...), a few epochs of them, and again."""
 
     scenarios: tuple[str, ...] = ("paper-sim-2",)
+    interface: str = "rays"
     agent_steps: int = 200_000
     worlds: int = 16
     batch_size: int = 400
@@ -77,9 +78,9 @@ def main(chosen: Settings) -> None:
     chosen.out.mkdir(parents=True, exist_ok=True)
     played = [scenario_varied(text) for text in chosen.scenarios]
     first = 2**32 * (1 + chosen.seed)  # no world of an evaluation has so large a seed
-    own: dict[str, Any] = {"num_envs": chosen.worlds, **TASK}
+    own: dict[str, Any] = {"num_envs": chosen.worlds, "interface": chosen.interface, **TASK}
     envs = [RendezvousTorchEnv(each, seed=first + 1000 * k, **own) for k, each in enumerate(played)]
-    mappo = Mappo(gamma=chosen.gamma, entropy_coeff=chosen.entropy)
+    mappo = Mappo(chosen.interface, gamma=chosen.gamma, entropy_coeff=chosen.entropy)
     others = {"envs": {"others": chosen.scenarios[1:]}}
     origin = {"command": "examples/12_mappo_with_torchrl.py", "seed": chosen.seed, "settings": others}
     for said in train(mappo, envs, chosen):

@@ -1,4 +1,4 @@
-"""Networks of the interface ``rays`` for learners that take torch modules: actor, critic of the team, export.
+"""Networks that choose among directions, for learners that take torch modules: actor, critic, export.
 
 The actor scores directions as `train.ppo` has it, so what it learns is played by ``ppo:path=FILE``, in numpy.
 """
@@ -10,21 +10,16 @@ import numpy as np
 import torch
 from torch import nn
 
-from baselines.policies.learned.interfaces import layout_read
+from baselines.policies.learned.interfaces import DIRECTIONS, layout_read
 from baselines.policies.learned.network import Network, plain
-from baselines.policies.learned.ray_interface import N_DIRECTION, N_WHOLE
 from envs.directions import N_MOTIONS
 from train._export import layers_of
 from train._rays_policy import perceptron
+from wifipgo.errors import pick
 from wifipgo.scenarios import Scenario
 from wifipgo.world.lidar import N_LIDAR_RAYS
 
-__all__ = ["N_SEEN", "N_SHOWN", "RaysActor", "RunningNorm", "TeamCritic", "network_of"]
-
-N_SHOWN = N_WHOLE + N_DIRECTION * N_LIDAR_RAYS
-# Numbers of the robot, then the mean and the largest of each number of the directions.
-N_SEEN = N_WHOLE + 2 * N_DIRECTION
-_INTERFACE = "rays"
+__all__ = ["RaysActor", "RunningNorm", "TeamCritic", "network_of"]
 
 
 class RunningNorm(nn.Module):
@@ -38,7 +33,7 @@ class RunningNorm(nn.Module):
     variance: torch.Tensor
     count: torch.Tensor
 
-    def __init__(self, n_numbers: int = N_SHOWN, *, clip: float = 10.0) -> None:
+    def __init__(self, n_numbers: int, *, clip: float = 10.0) -> None:
         """Begin with no rows."""
         super().__init__()
         self.clip = clip
@@ -63,53 +58,82 @@ class RunningNorm(nn.Module):
         return ((x - self.mean) / (self.variance + 1e-8).sqrt()).clamp(-self.clip, self.clip)
 
 
-class RaysActor(nn.Module):
+class _OfRays(nn.Module):
+    """What actor and critic have in common: how numbers of directions are told from those of the robot.
+
+    Attributes:
+        interface: Name in `baselines.policies.learned.interfaces.DIRECTIONS`.
+        norm: Of what is shown; actor and critic may share it.
+        n_pooled: Numbers of the robot as a whole, then mean and largest of each number of the directions.
+    """
+
+    def __init__(self, interface: str, norm: RunningNorm | None = None) -> None:
+        """Look up the sizes."""
+        super().__init__()
+        kind = pick(DIRECTIONS, interface, "interface")
+        self.interface, self.n_whole = interface, kind.n_whole
+        self.n_direction = (kind.n_shown - kind.n_whole) // N_LIDAR_RAYS
+        self.n_pooled = self.n_whole + 2 * self.n_direction
+        self.norm = norm or RunningNorm(kind.n_shown)
+
+    def _split(self, shown: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Normalised numbers of the robot, and those of each direction, (..., rays, numbers)."""
+        x = self.norm(shown)
+        directions = x[..., self.n_whole :].reshape(*x.shape[:-1], self.n_direction, N_LIDAR_RAYS)
+        return x[..., : self.n_whole], directions.transpose(-1, -2)
+
+
+class RaysActor(_OfRays):
     """Logits of the choices of `envs.directions`, for rows of any shape; all robots share it.
 
     Args:
-        norm: Of what is shown.
+        interface: By which robots are shown what they see.
+        norm: Of what is shown; without one, a new one.
         hidden: Units of the hidden layers.
     """
 
-    def __init__(self, norm: RunningNorm, hidden: Sequence[int] = (64, 64)) -> None:
+    def __init__(
+        self, interface: str = "rays", norm: RunningNorm | None = None, hidden: Sequence[int] = (64, 64)
+    ) -> None:
         """Make the networks; small last layers begin with choices that are all alike."""
-        super().__init__()
-        self.norm = norm
-        self.ray = _begun(perceptron(N_DIRECTION + N_WHOLE, hidden, 1), 0.01)
-        self.whole = _begun(perceptron(N_SEEN, hidden, 3), 0.01)
+        super().__init__(interface, norm)
+        self.ray = _begun(perceptron(self.n_direction + self.n_whole, hidden, 1), 0.01)
+        self.whole = _begun(perceptron(self.n_pooled, hidden, 3), 0.01)
 
     def forward(self, shown: torch.Tensor) -> torch.Tensor:
         """Of a motion and a call the sum of their scores: both are drawn apart, (..., 34)."""
-        whole, directions = _split(self.norm(shown))
-        for_each = whole.unsqueeze(-2).expand(*directions.shape[:-1], N_WHOLE)
+        whole, directions = self._split(shown)
+        for_each = whole.unsqueeze(-2).expand(*directions.shape[:-1], self.n_whole)
         rays = self.ray(torch.cat([directions, for_each], dim=-1)).squeeze(-1)
         scores = torch.cat([rays, self.whole(_pooled(whole, directions))], dim=-1)
         motions, calls = scores[..., :N_MOTIONS], scores[..., N_MOTIONS:]
         return (calls.unsqueeze(-1) + motions.unsqueeze(-2)).flatten(-2)
 
 
-class TeamCritic(nn.Module):
+class TeamCritic(_OfRays):
     """Value of a robot's situation from what it is shown and the mean over its team: any number of robots.
 
     Args:
-        norm: Of what is shown.
+        interface: By which robots are shown what they see.
+        norm: Of what is shown; without one, a new one.
         hidden: Units of the hidden layers.
     """
 
-    def __init__(self, norm: RunningNorm, hidden: Sequence[int] = (64, 64)) -> None:
+    def __init__(
+        self, interface: str = "rays", norm: RunningNorm | None = None, hidden: Sequence[int] = (64, 64)
+    ) -> None:
         """Make the network."""
-        super().__init__()
-        self.norm = norm
-        self.value = _begun(perceptron(2 * N_SEEN, hidden, 1), 1.0)
+        super().__init__(interface, norm)
+        self.value = _begun(perceptron(2 * self.n_pooled, hidden, 1), 1.0)
 
     def team(self, shown: torch.Tensor) -> torch.Tensor:
-        """Mean over the robots, for each of them, (..., robots, N_SEEN); nothing in it is learned."""
-        seen = _pooled(*_split(self.norm(shown)))
+        """Mean over the robots, for each of them, (..., robots, n_pooled); nothing in it is learned."""
+        seen = _pooled(*self._split(shown))
         return seen.mean(dim=-2, keepdim=True).expand_as(seen)
 
     def forward(self, shown: torch.Tensor, team: torch.Tensor) -> torch.Tensor:
         """Value, (..., 1)."""
-        out: torch.Tensor = self.value(torch.cat([_pooled(*_split(self.norm(shown))), team], dim=-1))
+        out: torch.Tensor = self.value(torch.cat([_pooled(*self._split(shown)), team], dim=-1))
         return out
 
 
@@ -124,12 +148,12 @@ def network_of(actor: RaysActor, scenario: Scenario, origin: Mapping[str, Any]) 
     norm = actor.norm
     mean, variance = (x.numpy().astype(np.float32) for x in (norm.mean, norm.variance))
     return Network(
-        interface=_INTERFACE,
+        interface=actor.interface,
         nets={"ray": layers_of(actor.ray), "whole": layers_of(actor.whole)},
         mean=mean,
         variance=variance,
         clip=norm.clip,
-        layout=layout_read(_INTERFACE, scenario),
+        layout=layout_read(actor.interface, scenario),
         scenario=plain(scenario),
         origin=dict(origin),
     )
@@ -142,12 +166,6 @@ def _begun(net: nn.Sequential, last: float) -> nn.Sequential:
         nn.init.orthogonal_(layer.weight, last if layer is maps[-1] else 2.0**0.5)
         nn.init.zeros_(layer.bias)
     return net
-
-
-def _split(shown: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-    """Numbers of the robot, and those of each direction, (..., rays, N_DIRECTION)."""
-    directions = shown[..., N_WHOLE:].reshape(*shown.shape[:-1], N_DIRECTION, N_LIDAR_RAYS)
-    return shown[..., :N_WHOLE], directions.transpose(-1, -2)
 
 
 def _pooled(whole: torch.Tensor, directions: torch.Tensor) -> torch.Tensor:

@@ -34,7 +34,7 @@ class RendezvousTorchEnv(EnvBase):
         return_state: Show what is true and believed of the team, for a centralised critic.
         interface: Show what networks of this interface are shown, by its name in
             `baselines.policies.learned.interfaces.INTERFACES`; without one, the whole observation. The
-            choices of ``actions="discrete"`` are the answers of ``rays``.
+            choices of ``actions="discrete"`` are the answers of those that choose among directions.
         seed: Of world 0; those after it have the numbers that follow.
         device: Where tensors are wanted; worlds are stepped by the processor.
         arguments: Others of `envs.rendezvous_v0.vector_env`; observations are always flat.
@@ -61,6 +61,8 @@ class RendezvousTorchEnv(EnvBase):
         self._interface = None if interface is None else make_interface(interface, worlds.scenario)
         self.group_map = {GROUP: list(worlds.possible_agents)}
         self._next_seed = seed
+        self._before: Any = None
+        self._memory: Any = None
         self._terminated = self._truncated = np.zeros(num_envs, dtype=bool)
         self._set_specs(RendezvousVectorEnv(scenario, n_worlds=1, **arguments).reset(seed=0)[1])
 
@@ -105,6 +107,7 @@ class RendezvousTorchEnv(EnvBase):
 
     def _step(self, tensordict: TensorDictBase) -> TensorDictBase:
         """Advance every world that is not over."""
+        self._before = self._memory
         step = self.worlds.step(tensordict.get((GROUP, "action")).detach().cpu().numpy())
         ends = (step.terminations, step.truncations)
         self._terminated, self._truncated = (np.asarray(flags.any(axis=1)) for flags in ends)
@@ -142,10 +145,15 @@ class RendezvousTorchEnv(EnvBase):
         return TensorDict(told, self.batch_size, device=self.device)
 
     def _shown(self, seen: np.ndarray) -> np.ndarray:
-        """Observations of all robots as a network is shown them."""
+        """Observations of all robots as a network is shown them.
+
+        Worlds that go on while others begin anew are shown again: nobody remembers the same step twice.
+        """
         if self._interface is None:
             return seen
-        return self._interface.shown(seen.reshape(-1, seen.shape[-1])).reshape(*seen.shape[:-1], -1)
+        rows = seen.reshape(-1, seen.shape[-1])
+        self._memory = self._interface.remembered(rows, self._before)
+        return self._interface.shown(rows, self._memory).reshape(*seen.shape[:-1], -1)
 
     def _shown_spec(self, n_robots: int) -> Bounded | Unbounded:
         """Bounds of what is shown; an interface tells none."""

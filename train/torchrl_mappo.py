@@ -1,4 +1,4 @@
-"""MAPPO in TorchRL's own parts for the interface ``rays``: policy, advantages and loss. Needs ``torchrl``.
+"""MAPPO in TorchRL's own parts, for choices among directions: policy, advantages, loss. Needs ``torchrl``.
 
 A robot is a row of a batch, whatever team it was in: teams of several sizes are learned from side by side.
 """
@@ -12,7 +12,7 @@ from torchrl.modules import ProbabilisticActor
 from torchrl.objectives import ClipPPOLoss
 from torchrl.objectives.value import GAE
 
-from train.rays_networks import RaysActor, RunningNorm, TeamCritic
+from train.rays_networks import RaysActor, TeamCritic
 from train.torchrl_env import GROUP
 
 _SHOWN, _CHOICE, _LOGITS = (GROUP, "observation"), (GROUP, "action"), (GROUP, "logits")
@@ -25,6 +25,7 @@ class Mappo:
     """One actor that all robots share, and a critic that sees the team (Yu et al. 2022).
 
     Args:
+        interface: By which robots are shown what they see: "rays" or "trail".
         gamma: Discount of an iteration.
         lmbda: Of the generalised advantage estimate.
         clip_epsilon: Of the ratio of probabilities.
@@ -39,6 +40,7 @@ class Mappo:
 
     def __init__(
         self,
+        interface: str = "rays",
         *,
         gamma: float = 0.997,
         lmbda: float = 0.95,
@@ -47,8 +49,8 @@ class Mappo:
         hidden: Sequence[int] = (64, 64),
     ) -> None:
         """Make the networks."""
-        norm = RunningNorm()
-        self.actor, critic = RaysActor(norm, hidden), TeamCritic(norm, hidden)
+        self.actor = RaysActor(interface, hidden=hidden)
+        critic = TeamCritic(interface, self.actor.norm, hidden)
         self.policy = _policy_of(self.actor)
         self._team = TensorDictModule(critic.team, in_keys=[_SHOWN], out_keys=[_TEAM])
         value = TensorDictModule(critic, in_keys=[_SHOWN, _TEAM], out_keys=[_VALUE])

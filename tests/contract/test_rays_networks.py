@@ -9,35 +9,37 @@ pytest.importorskip("torch", reason="of the extra train")
 
 import torch
 
-from baselines.policies.learned.interfaces import make_interface
+from baselines.policies.learned.interfaces import DIRECTIONS, make_interface
 from baselines.policies.learned.network import load_network
 from baselines.policies.learned.policy import LearnedPolicy
 from envs.directions import N_CHOICES, N_MOTIONS
 from envs.rendezvous_v0 import vector_env
-from train.rays_networks import N_SHOWN, RaysActor, RunningNorm, TeamCritic, network_of
+from train.rays_networks import RaysActor, RunningNorm, TeamCritic, network_of
 from wifipgo.scenarios import scenario_named
 
 
-def rows(*shape: int, seed: int = 0) -> torch.Tensor:
+def rows(*shape: int, seed: int = 0, interface: str = "rays") -> torch.Tensor:
     """Numbers far from the mean of 0 and the variance of 1."""
-    return 2.0 + 5.0 * torch.randn(*shape, N_SHOWN, generator=torch.Generator().manual_seed(seed))
+    n_shown = DIRECTIONS[interface].n_shown
+    return 2.0 + 5.0 * torch.randn(*shape, n_shown, generator=torch.Generator().manual_seed(seed))
 
 
-def actor_with_opinions() -> RaysActor:
+def actor_with_opinions(interface: str) -> RaysActor:
     torch.manual_seed(0)
-    norm = RunningNorm(clip=1.5)  # which some rows exceed
-    norm.update(rows(40, seed=1))
-    actor = RaysActor(norm, hidden=(8, 8))
+    norm = RunningNorm(DIRECTIONS[interface].n_shown, clip=1.5)  # which some rows exceed
+    norm.update(rows(40, seed=1, interface=interface))
+    actor = RaysActor(interface, norm, hidden=(8, 8))
     with torch.no_grad():
         for parameter in actor.parameters():
             parameter.normal_(0.0, 0.3)
     return actor
 
 
-def test_what_is_exported_scores_as_in_torch(tmp_path: Path) -> None:
-    actor, scenario = actor_with_opinions(), scenario_named("paper-sim-2")
+@pytest.mark.parametrize("interface", DIRECTIONS)
+def test_what_is_exported_scores_as_in_torch(interface: str, tmp_path: Path) -> None:
+    actor, scenario = actor_with_opinions(interface), scenario_named("paper-sim-2")
     network_of(actor, scenario, {"seed": 0}).save(tmp_path / "policy.npz")
-    shown = rows(30)
+    shown = rows(30, interface=interface)
     scores = load_network(tmp_path / "policy.npz").scores(shown.numpy())
     choices = np.arange(N_CHOICES)
     sums = scores[:, choices % N_MOTIONS] + scores[:, N_MOTIONS + choices // N_MOTIONS]
@@ -64,21 +66,21 @@ def test_choices_of_the_environment_are_the_answers_of_rays() -> None:
 
 
 def test_normalisation_is_by_all_rows_so_far() -> None:
-    norm, parts = RunningNorm(), [rows(7), rows(2, 3, seed=1) - 9.0, rows(1, seed=2)]
+    norm, parts = RunningNorm(213), [rows(7), rows(2, 3, seed=1) - 9.0, rows(1, seed=2)]
     for part in parts:
         norm.update(part)
-    together = torch.cat([part.reshape(-1, N_SHOWN) for part in parts]).double().numpy()
+    together = torch.cat([part.reshape(-1, 213) for part in parts]).double().numpy()
     np.testing.assert_allclose(norm.mean, together.mean(axis=0), rtol=1e-4, atol=1e-4)
     np.testing.assert_allclose(norm.variance, together.var(axis=0), rtol=1e-4)
-    one = RunningNorm()
-    one.update(torch.ones(1, N_SHOWN))  # a single row has no variance
+    one = RunningNorm(213)
+    one.update(torch.ones(1, 213))  # a single row has no variance
     assert torch.isfinite(one(rows(4))).all()
 
 
 @pytest.mark.parametrize("n_robots", [1, 2, 5])
 def test_a_team_has_no_order(n_robots: int) -> None:
     torch.manual_seed(0)
-    critic, shown = TeamCritic(RunningNorm(), hidden=(8,)), rows(3, n_robots)
+    critic, shown = TeamCritic(hidden=(8,)), rows(3, n_robots)
     order = torch.arange(n_robots).roll(1)
     with torch.no_grad():
         values = critic(shown, critic.team(shown))

@@ -10,7 +10,7 @@ pytest.importorskip("torchrl", reason="not among the dependencies; see docs/fram
 import torch
 from torchrl.envs.utils import check_env_specs
 
-from baselines.policies.learned.interfaces import make_interface
+from baselines.policies.learned.interfaces import DIRECTIONS, make_interface
 from train.torchrl_env import RendezvousTorchEnv
 from train.torchrl_mappo import Mappo
 
@@ -21,16 +21,31 @@ def choosing(**changes: Any) -> RendezvousTorchEnv:
     return RendezvousTorchEnv(**SMALL | {"interface": "rays", "actions": "discrete", "seed": 2} | changes)
 
 
-def test_what_is_shown_is_what_the_interface_makes_of_observations() -> None:
-    env, whole = choosing(), choosing(interface=None)
-    check_env_specs(env)
-    env.set_seed(2)
-    plain = whole.rollout(8, break_when_any_done=False)
+@pytest.mark.parametrize("interface", DIRECTIONS)
+def test_what_is_shown_is_what_the_interface_makes_of_observations(interface: str) -> None:
+    """In worlds that end apart: those that go on remember no step twice."""
+    own: dict[str, Any] = {"max_measurements": 6, "n_steps": 9}
+    env, whole = choosing(interface=interface, **own), choosing(interface=None, **own)
+    torch.manual_seed(3)
+    plain = whole.rollout(12, break_when_any_done=False)
     actions = iter(plain["robots", "action"].unbind(dim=1))
-    shown = env.rollout(8, lambda td: td.set(("robots", "action"), next(actions)), break_when_any_done=False)
-    rows = plain["robots", "observation"].reshape(3 * 8 * 2, -1).numpy()
-    expected = make_interface("rays", env.worlds.scenario).shown(rows).reshape(3, 8, 2, -1)
-    np.testing.assert_array_equal(shown["robots", "observation"], expected)
+    shown = env.rollout(12, lambda td: td.set(("robots", "action"), next(actions)), break_when_any_done=False)
+    translation, memory = make_interface(interface, env.worlds.scenario), None
+    for t in range(12):
+        rows, after = (
+            each["robots", "observation"][:, t].flatten(0, 1).numpy() for each in (plain, plain["next"])
+        )
+        memory = translation.remembered(rows, memory)
+        later = translation.shown(after, translation.remembered(after, memory))
+        now, then = (each["robots", "observation"][:, t].flatten(0, 1) for each in (shown, shown["next"]))
+        np.testing.assert_array_equal(now, translation.shown(rows, memory), f"step {t}")
+        np.testing.assert_array_equal(then, later, f"after step {t}")
+    ends = plain["next", "done"].sum(dim=0)
+    assert ((ends > 0) & (ends < 3)).any()
+
+
+def test_torchrl_accepts_what_is_shown() -> None:
+    check_env_specs(choosing(interface="trail"))
 
 
 @pytest.mark.parametrize("terminate_at_end", [True, False])
@@ -57,7 +72,8 @@ def test_advantages_are_those_of_a_sum_by_hand(terminate_at_end: bool) -> None:
 def test_an_update_is_held_to_the_policy_that_it_begins_with() -> None:
     """Teams of two and four side by side; the normalisation has moved since they chose."""
     torch.manual_seed(0)
-    mappo, envs = Mappo(hidden=(8,)), [choosing(), choosing(n_robots=4)]
+    mappo = Mappo("trail", hidden=(8,))
+    envs = [choosing(interface="trail", n_robots=n_robots) for n_robots in (2, 4)]
     for parameter in mappo.loss.parameters():
         parameter.data.normal_(0.0, 0.3)
     with torch.no_grad():
