@@ -90,17 +90,17 @@ class BestView:
         self, there: Float[np.ndarray, "robots rays 2"], wanted: Bool[np.ndarray, "robots squares"]
     ) -> tuple[Float[np.ndarray, "robots rays"], Float[np.ndarray, "robots rays"]]:
         """Wanted squares in range of each place, and steps to the nearest other; 0 if there is none."""
-        away2 = _away2(there) + np.where(wanted, 0.0, np.inf)[:, None]
+        away2 = squares_away2(there) + np.where(wanted, 0.0, np.inf)[:, None]
         near = away2 <= self._sight**2
         np.copyto(away2, np.inf, where=near)
         rest = np.sqrt(away2.min(axis=2)) / self._step
         return np.count_nonzero(near, axis=2).astype(np.float64), np.where(np.isfinite(rest), rest, 0.0)
 
 
-def _away2(there: Float[np.ndarray, "robots rays 2"]) -> Float[np.ndarray, "robots rays squares"]:
+def squares_away2(there: Float[np.ndarray, "*places 2"]) -> Float[np.ndarray, "*places squares"]:
     """Squared distances from places to the middles of all squares, in room sizes."""
     x2, y2 = (np.square(there[..., k, None] - BINS) for k in (0, 1))
-    return (x2[..., :, None] + y2[..., None, :]).reshape(*there.shape[:2], -1)
+    return (x2[..., :, None] + y2[..., None, :]).reshape(*there.shape[:-1], -1)
 
 
 class Frontier:

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from baselines.policies.exploration import MIDDLES, BestView, candidates
+from baselines.policies.exploration import BestView, candidates, squares_away2
 from baselines.policies.motions import Motion
 from baselines.policies.observation_view import View
 from wifipgo.rows import Chance
@@ -84,9 +84,15 @@ class Mesh(SharedRoom):
 
 def own_share(view: View) -> Bool[np.ndarray, "robots squares"]:
     """Squares of the room whose nearest start is the robot's own."""
-    start = view.own("start").reshape(-1, view.n_robots, 2)
-    away2 = np.square(MIDDLES - start[:, :, None]).sum(axis=-1)
-    return (away2 <= away2.min(axis=1, keepdims=True)).reshape(-1, len(MIDDLES))
+    return shares(view.own("start").reshape(-1, view.n_robots, 2)).reshape(len(view.rows), -1)
+
+
+def shares(
+    start: Float[np.ndarray, "teams robots 2"],
+) -> Bool[np.ndarray, "teams robots squares"]:
+    """Squares whose nearest start is that of a robot, for teams that start there, in room sizes."""
+    away2 = squares_away2(start)
+    return np.asarray(away2 <= away2.min(axis=1, keepdims=True))
 
 
 class TakeTurns:

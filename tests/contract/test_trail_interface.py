@@ -98,6 +98,8 @@ def test_a_memory_begins_anew_with_an_episode_and_is_left_as_it_was(
     assert np.isfinite(after.place[:2, :_STEPS]).all()
     assert not np.isfinite(after.place[2:, 1:]).any()
     np.testing.assert_array_equal(trails.shown(rows, after)[2:], trails.shown(first)[2:])
+    joined = trails.remembered(last, memory, np.arange(6) < 2)  # the first world is another one now
+    assert np.isfinite(joined.place[..., 0]).sum(axis=1).tolist() == [1] * 2 + [_STEPS + 1] * 4
 
 
 def test_a_turn_of_the_body_turns_what_is_shown(scenario: Scenario, seen: list[np.ndarray]) -> None:

@@ -14,7 +14,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float, Shaped
 
-from baselines.policies.learned.ray_interface import Rays
+from baselines.policies.learned.ray_interface import Begins, Rays
 from baselines.policies.learned.trail_interface import Trails
 from envs.rendezvous_v0 import layout
 from wifipgo.errors import pick
@@ -43,10 +43,11 @@ class Interface(Protocol):
     reads: tuple[str, ...]
     scale: tuple[float, ...]
 
-    def remembered(self, rows: Rows, memory: Any) -> Any:
+    def remembered(self, rows: Rows, memory: Any, begins: Begins = None) -> Any:
         """What robots keep of their episode, with what they observe now; a named tuple of arrays, or None.
 
-        Where an episode begins, which an observation says, it begins anew; ``memory`` is left as it was.
+        It begins anew where observations are the first of an episode, and where ``begins`` says so.
+        ``memory`` is left as it was.
         """
 
     def shown(self, rows: Rows, memory: Any = None) -> Shown:
@@ -78,7 +79,7 @@ class Flat:
         self._columns = np.concatenate(columns)
         self.n_shown = len(self._columns)
 
-    def remembered(self, rows: Rows, memory: Any) -> Any:
+    def remembered(self, rows: Rows, memory: Any, begins: Begins = None) -> Any:
         """Nothing."""
         return None
 

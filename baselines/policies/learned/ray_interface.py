@@ -12,7 +12,7 @@ import functools
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int, Shaped
+from jaxtyping import Bool, Float, Int, Shaped
 
 from envs.directions import N_MOTIONS, STAY, ray_azimuths, waypoints_of
 from envs.rendezvous_v0 import bin_azimuths, layout
@@ -40,6 +40,7 @@ READS = (
 Rows = Float[np.ndarray, "rows numbers"]
 Shown = Float[np.ndarray, "rows shown"]
 Actions = Float[np.ndarray, "rows 3"]
+Begins = Bool[np.ndarray, " rows"] | None
 
 
 class Rays:
@@ -68,7 +69,7 @@ class Rays:
         lengths = (self._steps_per_range, self._steps_per_room, self._seen_steps)
         self.scale: tuple[float, ...] = (*lengths, float(self._n_steps))
 
-    def remembered(self, rows: Rows, memory: Any) -> Any:
+    def remembered(self, rows: Rows, memory: Any, begins: Begins = None) -> Any:
         """Nothing: all that it shows is observed."""
         return None
 

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from baselines.policies.exploration import MIDDLES, squares_away2
 from baselines.policies.learned.ray_interface import (
     N_DIRECTION as N_DIRECTION_OF_RAYS,
 )
@@ -23,12 +24,14 @@ from baselines.policies.learned.ray_interface import (
     N_WHOLE as N_WHOLE_OF_RAYS,
 )
 from baselines.policies.learned.ray_interface import (
+    Begins,
     Rays,
     Rows,
     Shown,
     around,
     sampled,
 )
+from baselines.policies.team_exploration import shares
 from envs.directions import ray_azimuths, safe_lengths
 from wifipgo.scenarios import Scenario
 from wifipgo.world.coverage_belief import N_BINS
@@ -43,8 +46,6 @@ N_DIRECTION = N_DIRECTION_OF_RAYS + 2 * len(_AHEAD_STEPS) + len(_SHARE_STEPS) + 
 N_WHOLE = N_WHOLE_OF_RAYS + 15
 # Sigmas of the paper's simulations, against which others are shown.
 _SIGMA_T_M, _SIGMA_R_RAD = 0.1, float(np.deg2rad(3.0))
-_BINS = (np.arange(N_BINS) + 0.5) / N_BINS
-_MIDDLES = np.stack(np.meshgrid(_BINS, _BINS, indexing="ij"), -1).reshape(-1, 2)
 
 
 class Trail(NamedTuple):
@@ -80,12 +81,12 @@ class Trails(Rays):
         """Learn what `Rays` learns, the team, and the noise of its sensors."""
         super().__init__(scenario)
         self._n_robots, self._n_times = scenario.n_robots, scenario.n_steps + 1
-        self._gap, self._size_m = scenario.sensing.revisit_gap, scenario.arena.size_m
+        self._gap = scenario.sensing.revisit_gap
         sigma = scenario.sensing.stated_sigmas(scenario.n_robots) / (_SIGMA_T_M, _SIGMA_R_RAD)
         self._noise = np.log(np.maximum(sigma, 1e-3))
         self.scale = (*self.scale, float(self._gap))
 
-    def remembered(self, rows: Rows, memory: Trail | None) -> Trail:
+    def remembered(self, rows: Rows, memory: Trail | None, begins: Begins = None) -> Trail:
         """The trail with where the robot is now; it begins anew where an episode does."""
         elapsed = self._block(rows, "own/elapsed")[:, 0].astype(np.float64)
         clock = np.minimum(np.rint(elapsed * self._n_steps).astype(np.int64), self._n_times - 1)
@@ -93,7 +94,8 @@ class Trails(Rays):
             place = np.full((len(rows), self._n_times, 2), np.inf, dtype=np.float32)
             never = np.full(place.shape[:2], np.inf, dtype=np.float32)
             memory = Trail(place, never, clock, np.zeros(len(rows), dtype=np.int64), *self._plan(rows))
-        begins, each = clock == 0, np.arange(len(rows))
+        begins = (clock == 0) | (False if begins is None else begins)
+        each = np.arange(len(rows))
         place = np.where(begins[:, None, None], np.float32(np.inf), memory.place)
         spread_m = np.where(begins[:, None], np.float32(np.inf), memory.spread_m)
         place[each, clock] = self._block(rows, "own/position")
@@ -112,7 +114,7 @@ class Trails(Rays):
         world_rad = np.arctan2(heading[:, 1], heading[:, 0])[:, None] + ray_azimuths()
         position = self._block(rows, "own/position")
         unseen = self._block(rows, "survey") <= 0.0
-        own, away2 = trail.share, _away2(position)
+        own, away2 = trail.share, squares_away2(position)
         goals = [_nearest(position, away2, wanted) for wanted in (unseen & own, unseen)] + [trail.mate]
         to_goals = [self._steps_per_room * (goal - position) for goal in goals]
         whole += [self._team_and_time(rows, trail, unseen, own), *(_length(gap) for gap in to_goals)]
@@ -124,8 +126,7 @@ class Trails(Rays):
     def _plan(self, rows: Rows) -> tuple[Bool[np.ndarray, "rows squares"], Float[np.ndarray, "rows 2"]]:
         """Each robot's share of the room, and the start nearest to its own."""
         start = self._block(rows, "own/start").reshape(-1, self._n_robots, 2).astype(np.float64)
-        away2 = _away2(start)
-        share = away2 <= away2.min(axis=1, keepdims=True)
+        share = shares(start)
         apart2 = np.square(start[:, :, None] - start[:, None]).sum(axis=-1)
         n = np.arange(self._n_robots)
         apart2[:, n, n] = np.inf if self._n_robots > 1 else 0.0
@@ -202,12 +203,6 @@ def _units(angle_rad: Float[np.ndarray, "rows rays"]) -> Float[np.ndarray, "rows
     return np.stack([np.cos(angle_rad), np.sin(angle_rad)], axis=-1)
 
 
-def _away2(places: Float[np.ndarray, "*rows 2"]) -> Float[np.ndarray, "*rows squares"]:
-    """Squared distances to the middles of all squares, in room sizes."""
-    x2, y2 = (np.square(places[..., k, None] - _BINS) for k in (0, 1))
-    return (x2[..., :, None] + y2[..., None, :]).reshape(*places.shape[:-1], -1)
-
-
 def _nearest(
     position: Float[np.ndarray, "rows 2"],
     away2: Float[np.ndarray, "rows squares"],
@@ -216,7 +211,7 @@ def _nearest(
     """Middle of the nearest square that is wanted; the own place where none is."""
     nearest = np.where(wanted, away2, np.inf).argmin(axis=1)
     found: np.ndarray = np.any(wanted, axis=1, keepdims=True)
-    return np.where(found, _MIDDLES[nearest], position)
+    return np.where(found, MIDDLES[nearest], position)
 
 
 def _length(gap_steps: Float[np.ndarray, "rows 2"]) -> Float[np.ndarray, "rows 1"]:
