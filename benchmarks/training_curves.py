@@ -22,7 +22,7 @@ from train._config_files import read_yaml
 from train._learning_curve import LEARNED
 from wifipgo.command.command_line import exit_code
 from wifipgo.errors import require
-from wifipgo.files.atomic_files import appearing
+from wifipgo.files.atomic_files import appearing, write_text
 
 _KEYS = ["policy", "trial", "seed"]
 
@@ -33,6 +33,7 @@ class CurvesConfig:
 
     runs: tyro.conf.Positional[tuple[str, ...]]
     out: Annotated[Path | None, tyro.conf.arg(help="Draw the curves into this .png file.")] = None
+    table: Annotated[Path | None, tyro.conf.arg(help="Write the table, as Markdown, into this file.")] = None
 
     def __post_init__(self) -> None:
         """Refuse what names no run."""
@@ -88,15 +89,29 @@ def scores_at_the_end(curves: pd.DataFrame) -> Mapping[str, pd.DataFrame]:
     return found
 
 
-def table_of(scores: Mapping[str, pd.DataFrame], scenarios: Sequence[str]) -> Table:
-    """Recipes as rows: mean over seeds, and their range where there are several."""
-    table = Table(title="mapped share in %, mean over seeds and their range")
-    for name in ("recipe, agent-steps", "seeds", "all", *scenarios):
-        table.add_column(name, justify="left" if name.startswith("recipe") else "right")
+def lines_of(scores: Mapping[str, pd.DataFrame], scenarios: Sequence[str]) -> list[list[str]]:
+    """Heads, then recipes: mean over seeds, and their range where there are several."""
+    lines = [["recipe, agent-steps", "seeds", "all", *scenarios]]
     for name, frame in scores.items():
         columns = [frame.mean(axis=1), *(frame[scenario] for scenario in scenarios)]
-        table.add_row(name, str(len(frame)), *map(_cell, columns))
+        lines.append([name, str(len(frame)), *map(_cell, columns)])
+    return lines
+
+
+def table_of(lines: Sequence[Sequence[str]]) -> Table:
+    """The same for a terminal."""
+    table = Table(title="mapped share in %, mean over seeds and their range")
+    for name in lines[0]:
+        table.add_column(name, justify="left" if name == lines[0][0] else "right")
+    for line in lines[1:]:
+        table.add_row(*line)
     return table
+
+
+def markdown_of(lines: Sequence[Sequence[str]]) -> str:
+    """The same as a pipe table."""
+    rule = ["---", *["---:"] * (len(lines[0]) - 1)]
+    return "".join(f"| {' | '.join(line)} |\n" for line in (lines[0], rule, *lines[1:]))
 
 
 def _cell(of_runs: "pd.Series[float]") -> str:
@@ -109,7 +124,10 @@ def _cell(of_runs: "pd.Series[float]") -> str:
 def run(config: CurvesConfig) -> None:
     """Print the table, then draw."""
     curves, scenarios = curves_of(config.runs)
-    Console(width=200).print(table_of(scores_at_the_end(curves), scenarios))
+    lines = lines_of(scores_at_the_end(curves), scenarios)
+    Console(width=200).print(table_of(lines))
+    if config.table is not None:
+        write_text(config.table, markdown_of(lines))
     if config.out is not None:
         with appearing(config.out) as unfinished:
             drawn(curves, scenarios).savefig(unfinished, dpi=120, format="png")

@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
-from benchmarks.training_curves import curves_of, main, scores_at_the_end, table_of
+from benchmarks.training_curves import curves_of, lines_of, main, scores_at_the_end
 from train._config import SelectionConfig, TrainConfig
 from train._config_files import record_of
 from train._yaml import written
@@ -42,9 +42,11 @@ def test_seeds_are_pooled_where_all_of_them_are(tmp_path: Path, capsys: pytest.C
     assert list(scores) == ["mine, 1,000", "rule"]
     np.testing.assert_allclose(scores["mine, 1,000"], [[0.51, 0.61], [0.61, 0.71]])
     assert scores["rule"].to_numpy().tolist() == [pytest.approx([0.3, 0.4])]
-    cells = [list(column.cells) for column in table_of(scores, scenarios).columns]
-    assert cells[1:3] == [["2", "1"], ["61.0 [56.0, 66.0]", "35.0"]]
-    assert main([f"mine={long}+{short}", "--out", str(tmp_path / "curves.png")]) == 0
+    lines = lines_of(scores, scenarios)
+    assert [line[1:3] for line in lines[1:]] == [["2", "61.0 [56.0, 66.0]"], ["1", "35.0"]]
+    files = ["--out", str(tmp_path / "curves.png"), "--table", str(tmp_path / "table.md")]
+    assert main([f"mine={long}+{short}", *files]) == 0
+    assert (tmp_path / "table.md").read_text().splitlines()[-1] == "| rule | 1 | 35.0 | 30.0 | 40.0 |"
     assert (tmp_path / "curves.png").read_bytes().startswith(b"\x89PNG")
     assert "paper-hw-2" in capsys.readouterr().out
 
