@@ -6,17 +6,17 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from baselines.evaluation import run_folder
 from baselines.evaluation.config import EvaluateConfig, changed_sources, command_of, parsed, plan_of
 from baselines.evaluation.console_report import announce, report
 from baselines.evaluation.episodes import Episode, run_episode, run_episodes, trial_seed
 from baselines.evaluation.executors import Executor
-from baselines.evaluation.jobs import EpisodesFailedError, Task, missing, run_all
+from baselines.evaluation.jobs import EpisodesFailedError, Task, missing, raise_if_failed
 from baselines.evaluation.paper_tables import check_tables, write_paper_tables
 from baselines.evaluation.pictures import draw, episodes_to_show
 from baselines.evaluation.plan import Plan
+from baselines.evaluation.progress import run_shown
 from baselines.evaluation.statistics import Estimate, Paired, Summary, summarise
 from wifipgo.command.command_line import exit_code
 from wifipgo.command.terminal import Terminal, say
@@ -97,13 +97,7 @@ def _run_missing(left: Plan, partial: Path, *, plan: Plan, executor: Executor, c
     """
     tasks = missing(_tasks(left, partial))
     announce(plan, jobs=executor.slots(len(tasks)), n_left=len(tasks), console=console)
-    columns = (TextColumn("episodes"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True, quiet=console.quiet)) as progress:
-        bar = progress.add_task("", total=len(tasks))
-        failures = run_all(tasks, executor=executor, on_done=lambda n: progress.advance(bar, n))
-    if failures:
-        (partial / "failures.txt").write_text("\n".join(f.trace for f in failures), encoding="utf-8")
-        raise EpisodesFailedError([failure.line for failure in failures], partial, trace=failures[0].told)
+    raise_if_failed(run_shown("episodes", tasks, executor=executor, console=console), partial)
 
 
 def _tasks(plan: Plan, partial: Path) -> list[Task]:

@@ -216,13 +216,7 @@ def _episode(
 ) -> Episode:
     """What was recorded of one world."""
     steps, meetings = recording.steps(world), recording.meetings(world)
-    figures = _figures(
-        steps,
-        threshold=threshold,
-        n_meetings=len(meetings),
-        coverage=float(recording.coverage[world]),
-        end=end,
-    )
+    figures = _figures(steps, threshold=threshold, n_meetings=len(meetings), end=end)
     return Episode(
         policy=policy,
         trial=trial,
@@ -237,9 +231,7 @@ def _episode(
     )
 
 
-def _figures(
-    steps: Steps, *, threshold: float, n_meetings: int, coverage: float, end: End
-) -> dict[str, float]:
+def _figures(steps: Steps, *, threshold: float, n_meetings: int, end: End) -> dict[str, float]:
     """The episode in numbers; errors against truth are the team's at the end (Eqs. 12 and 13)."""
     return {
         "mapped_share": float(steps["mapped_share"][-1, 0]),
@@ -248,7 +240,7 @@ def _figures(
         "ate_rot": float(steps["ate_rot"][-1].mean()),
         "rendezvous": n_meetings,
         "share_above": float((steps["err"] > threshold).mean()),
-        "coverage": coverage,
+        "coverage": float(steps["coverage"][-1, 0]),
         "bumps": int(steps["bumps"][-1].sum()),
         "distance_m": float(steps["distance_m"][-1].sum()),
         "bytes_sent": end.bytes_sent,

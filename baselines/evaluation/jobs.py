@@ -14,6 +14,8 @@ from wifipgo.errors import BadInputError, DoubtfulError
 from wifipgo.files.atomic_files import read_sealed
 from wifipgo.scenarios import Scenario
 
+FAILURES = "failures.txt"
+
 
 class Item(Protocol):
     """Work that carries its seed and knows the file of its result.
@@ -103,7 +105,7 @@ class EpisodesFailedError(DoubtfulError):
         shown = [f"failed: {line}" for line in lines[:3]]
         shown += [f"and {len(lines) - 3} more"] if len(lines) > 3 else []
         shown += [trace] if trace else []
-        hint = f"traces: {partial / 'failures.txt'}; the others are kept: --resume runs what is missing"
+        hint = f"traces: {partial / FAILURES}; the others are kept: --resume runs what is missing"
         super().__init__("\n".join([*shown, hint]))
 
 
@@ -130,6 +132,19 @@ def run_all(items: Sequence[Any], *, executor: Executor, on_done: Callable[[int]
             on_done(len(batch.items))
         todo = again
     return failures
+
+
+def raise_if_failed(failures: Sequence[Failure], folder: Path) -> None:
+    """Write down in a folder why items failed, and raise.
+
+    Raises:
+        EpisodesFailedError: There are failures.
+    """
+    path = folder / FAILURES
+    path.unlink(missing_ok=True)
+    if failures:
+        path.write_text("\n".join(failure.trace for failure in failures), encoding="utf-8")
+        raise EpisodesFailedError([failure.line for failure in failures], folder, trace=failures[0].told)
 
 
 def missing(items: Sequence[Any]) -> list[Any]:

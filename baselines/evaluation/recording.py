@@ -17,14 +17,15 @@ _OF_INFOS = {
     "ate_trans": "ate_trans_truth",
     "ate_rot": "ate_rot_truth",
     "mapped_share": "mapped_share_truth",
+    "coverage": "coverage_truth",
     "bumps": "bumps_truth",
     "distance_m": "distance_m_truth",
 }
 # Columns of steps.parquet, in this order.
 _COLUMNS = (
     *("err", "ate_trans", "ate_rot", "x_true_m", "y_true_m", "yaw_true_rad"),
-    *("x_estimate_m", "y_estimate_m", "yaw_estimate_rad", "mapped_share", "met", "calling", "bumps"),
-    "distance_m",
+    *("x_estimate_m", "y_estimate_m", "yaw_estimate_rad", "mapped_share", "coverage", "met", "calling"),
+    *("bumps", "distance_m"),
 )
 
 
@@ -82,12 +83,11 @@ class Recording:
 
     Attributes:
         n_done: Iterations of each world.
-        coverage: Share of cells that each team saw.
     """
 
     def __init__(self, n_worlds: int, n_steps: int) -> None:
         """Begin, with room for so many iterations."""
-        self.n_done, self.coverage = np.zeros(n_worlds, dtype=np.int64), np.zeros(n_worlds)
+        self.n_done = np.zeros(n_worlds, dtype=np.int64)
         self._n_steps, self._t = n_steps, 0
         self._columns: dict[str, np.ndarray] = {}
         self._met: list[Float[np.ndarray, "meetings 4"]] = []
@@ -104,7 +104,6 @@ class Recording:
             self._column(name, row[name])[:, self._t] = row[name]
         self._t += 1
         self.n_done += live
-        self.coverage = np.where(live, infos["coverage_truth"][:, 0], self.coverage)
         self._met.append(_meetings(met & live[:, None, None], now.true, self._t))
 
     def _column(self, name: str, like: np.ndarray) -> Shaped[np.ndarray, "worlds iterations robots"]:

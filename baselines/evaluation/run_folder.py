@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from baselines.evaluation.episodes import Episode
+from baselines.evaluation.jobs import FAILURES
 from baselines.evaluation.plan import differences, read_record, refuse_differing
 from baselines.evaluation.statistics import Summary
 from wifipgo.errors import BadInputError
@@ -77,7 +78,7 @@ def claim(
     if partial.exists():
         _same(partial, record)
     results_folder.begin(partial, KIND)
-    results_folder.note(partial, ["config.json", "failures.txt", "results/", *names])
+    results_folder.note(partial, ["config.json", FAILURES, "results/", *names])
     write_json(partial / "config.json", record)
     return partial
 

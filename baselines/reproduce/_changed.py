@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from baselines.evaluation.jobs import raise_if_failed
 from baselines.evaluation.plan import versions
 from baselines.reproduce import _folder
 from baselines.reproduce._assumptions import Assumption, assumptions, refuse_impossible, touched
@@ -17,7 +18,7 @@ from baselines.reproduce._claim_sections import shown_finding
 from baselines.reproduce._claims import BESIDE, HEADLINE
 from baselines.reproduce._config import ReproduceConfig
 from baselines.reproduce._figures import FIGURES, NOT_REDONE
-from baselines.reproduce._play import played, raise_if_failed
+from baselines.reproduce._play import played
 from baselines.reproduce._rules import NOT_RUN
 from baselines.reproduce._runs import Setting
 from baselines.reproduce._tables import table

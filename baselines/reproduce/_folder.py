@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from baselines.evaluation.jobs import FAILURES
 from baselines.evaluation.plan import differences, refuse_differing
 from wifipgo.command.command_line import say
 from wifipgo.errors import BadInputError, require
@@ -17,13 +18,7 @@ from wifipgo.files import results_folder
 from wifipgo.files.atomic_files import write_json
 from wifipgo.files.text_files import read_json
 
-CONFIG, CLAIMS, PAGE, EPISODES, FAILURES = (
-    "config.json",
-    "claims.json",
-    "claims.md",
-    "episodes",
-    "failures.txt",
-)
+CONFIG, CLAIMS, PAGE, EPISODES = "config.json", "claims.json", "claims.md", "episodes"
 _KIND = "reproduce"
 
 

@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from baselines.evaluation.episodes import play
+from baselines.evaluation.kept_arrays import Arrays, KeptArrays
 from baselines.policies import make_policy
-from baselines.reproduce._kept_arrays import Arrays, KeptArrays
 from baselines.reproduce.encounter_grid import encounter, error_under, ground_truth_error, without
 from baselines.reproduce.encounters import EncounterConfig
 from envs.rendezvous_v0 import vector_env

@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from baselines.evaluation.executors import Executor
-from baselines.evaluation.jobs import EpisodesFailedError, Failure, missing, run_all
+from baselines.evaluation.jobs import Failure, missing
+from baselines.evaluation.progress import run_shown
 from baselines.reproduce import _folder
 
 
@@ -25,20 +25,4 @@ def played(
         console: Quiet if nothing is to be shown.
     """
     _folder.note(out, [task.path for task in tasks])
-    items = missing(tasks)
-    columns = (TextColumn(f"{label:6s}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True, quiet=console.quiet)) as progress:
-        bar = progress.add_task("", total=len(items))
-        return run_all(items, executor=executor, on_done=lambda n: progress.advance(bar, n))
-
-
-def raise_if_failed(failures: Sequence[Failure], out: Path) -> None:
-    """Write down why items failed, and raise.
-
-    Raises:
-        EpisodesFailedError: There are failures.
-    """
-    (out / _folder.FAILURES).unlink(missing_ok=True)
-    if failures:
-        (out / _folder.FAILURES).write_text("\n".join(f.trace for f in failures), encoding="utf-8")
-        raise EpisodesFailedError([failure.line for failure in failures], out)
+    return run_shown(f"{label:6s}", missing(tasks), executor=executor, console=console)

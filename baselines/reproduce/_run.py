@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from baselines.evaluation.jobs import Failure
+from baselines.evaluation.jobs import Failure, raise_if_failed
 from baselines.evaluation.plan import versions
 from baselines.reproduce import _changed, _folder, _studies
 from baselines.reproduce._claims import not_run
@@ -19,7 +19,7 @@ from baselines.reproduce._config import ReproduceConfig
 from baselines.reproduce._figures import FIGURES, NOT_REDONE, STUDIES, chosen
 from baselines.reproduce._folder import done
 from baselines.reproduce._page import page, with_summary
-from baselines.reproduce._play import played, raise_if_failed
+from baselines.reproduce._play import played
 from baselines.reproduce._rules import FEW, FEWEST
 from baselines.reproduce._runs import Setting
 from wifipgo.command.terminal import say

@@ -12,6 +12,7 @@ import pandas as pd
 from jaxtyping import Float
 
 from baselines.evaluation.intervals import Estimate, linearised, reduction
+from baselines.evaluation.kept_arrays import Arrays
 from baselines.reproduce import _draw_outliers, _gate, _rules
 from baselines.reproduce._claims import (
     BESIDE,
@@ -23,7 +24,6 @@ from baselines.reproduce._claims import (
     judged,
     row,
 )
-from baselines.reproduce._kept_arrays import Arrays
 from baselines.reproduce._outlier_trials import KEEP_ALL, METHODS, Cell, OutlierTrial
 from baselines.reproduce._runs import TRIALS, Setting, changed
 from baselines.reproduce.encounter_grid import ODOMETRY, OUTLIERS, encounter_grid

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from baselines.reproduce._kept_arrays import KeptArrays
+from baselines.evaluation.kept_arrays import KeptArrays
 from baselines.reproduce._recordings import errors_by_sight
 from baselines.reproduce.encounter_grid import ground_truth_error, without
 from baselines.reproduce.nine_poses import (

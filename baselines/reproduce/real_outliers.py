@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy import stats
 
-from baselines.reproduce._kept_arrays import KeptArrays
+from baselines.evaluation.kept_arrays import KeptArrays
 from baselines.reproduce._recordings import errors_by_sight
 from baselines.reproduce.encounter_grid import without
 from baselines.reproduce.nine_poses import NinePoses, relative_poses

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from baselines.reproduce._kept_arrays import KeptArrays
+from baselines.evaluation.kept_arrays import KeptArrays
 from wifipgo.data import public_data
 from wifipgo.datasets.cut_run import cut_run
 from wifipgo.datasets.mrclam import read_mrclam

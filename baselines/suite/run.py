@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from baselines.evaluation.jobs import EpisodesFailedError, missing, run_all
+from baselines.evaluation.jobs import FAILURES, missing, raise_if_failed
 from baselines.evaluation.plan import differences, refuse_differing, versions
+from baselines.evaluation.progress import run_shown
 from baselines.policies.registry import source_digest
 from baselines.suite.chunks import Chunk, check_policies, chunks_of
 from baselines.suite.config import SuiteConfig
@@ -101,7 +101,7 @@ def _claim(config: SuiteConfig, out: Path, *, replace: bool) -> Path:
         there = {name: value for name, value in dict(read_json(partial / _RECORD)).items() if name in record}
         refuse_differing(differences(there, record), f"to go on, settings must stay: {partial / _RECORD}")
     results_folder.begin(partial, KIND)
-    results_folder.note(partial, [_RECORD, "failures.txt", "results/"])
+    results_folder.note(partial, [_RECORD, FAILURES, "results/"])
     write_json(partial / _RECORD, record | {"command": config.command})
     return partial
 
@@ -135,13 +135,7 @@ def _run_missing(chunks: list[Chunk], config: SuiteConfig, partial: Path, consol
     todo = missing(chunks)
     worlds = sum(len(chunk.trials) for chunk in todo)
     say(console, f"{config.suite}: {worlds} episodes to play; jobs: {config.where.slots(len(todo))}")
-    columns = (TextColumn("batches"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True, quiet=console.quiet)) as progress:
-        bar = progress.add_task("", total=len(todo))
-        failures = run_all(todo, executor=config.where, on_done=lambda n: progress.advance(bar, n))
-    if failures:
-        (partial / "failures.txt").write_text("\n".join(f.trace for f in failures), encoding="utf-8")
-        raise EpisodesFailedError([failure.line for failure in failures], partial, trace=failures[0].told)
+    raise_if_failed(run_shown("batches", todo, executor=config.where, console=console), partial)
 
 
 def _results(config: SuiteConfig, cells: Cells, before: Results | None) -> Results:

@@ -13,6 +13,7 @@ from baselines.evaluate import Episode, run_episode, run_episodes
 from baselines.evaluation import jobs
 from baselines.evaluation.run_folder import steps_frame
 from baselines.policies import make_policy
+from envs.rendezvous_v0 import parallel_env
 from wifipgo.files.results_folder import partial_of
 from wifipgo.scenarios import scenario_named
 
@@ -87,3 +88,21 @@ def test_a_policy_of_ones_own_plays_many_worlds() -> None:
     ):
         np.testing.assert_array_equal(one.reference, other.reference)
         assert one.figures == other.figures
+
+
+def test_steps_have_what_the_team_saw_and_mapped() -> None:
+    """What the environment of one world says after each step, played by hand."""
+    env = parallel_env("paper-hw-2", n_steps=5)
+    policy, told = make_policy("active", env.scenario), []
+    policy.reset(3)
+    observations, _ = env.reset(seed=3)
+    while env.agents:
+        observations, *_, infos = env.step(policy.act(observations))
+        told.append(
+            [[info[f"{name}_truth"] for info in infos.values()] for name in ("coverage", "mapped_share")]
+        )
+    episode = run_episodes(env.scenario, "active", [7, 3])[1]
+    for name, expected in zip(("coverage", "mapped_share"), np.moveaxis(np.array(told), 1, 0), strict=True):
+        np.testing.assert_array_equal(episode.steps[name], expected)
+        assert episode.figures[name] == expected[-1, 0]
+    assert np.ptp(episode.steps["coverage"]) > 0.0

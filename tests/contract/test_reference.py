@@ -19,7 +19,7 @@ def test_another_reference_compares_anew_and_plays_nothing(
     first = evaluate(short(out, trials=2, policies="random,b=active", reference="random"))
     assert set(first.paired) == {"b"}
     assert "fewer than 10" in json.loads((out / "summary.json").read_text())["warnings"][0]
-    monkeypatch.setattr(evaluation, "run_all", lambda *_, **__: pytest.fail("played again"))
+    monkeypatch.setattr(evaluation, "run_shown", lambda *_, **__: pytest.fail("played again"))
     table = out / "t.csv"
     changes = {"trials": 2, "policies": "random,b=active", "reference": "b", "resume": True}
     second = evaluate(short(out, table=(table,), **changes))

@@ -1,4 +1,4 @@
-"""Work of a figure whose result is arrays in a sealed file of its own."""
+"""Work whose result is arrays in a sealed file of its own."""
 
 from collections.abc import Mapping
 from io import BytesIO
