@@ -80,8 +80,7 @@ def as_csv(summary: Summary, plan: Plan) -> str:
 def as_markdown(summary: Summary, plan: Plan) -> str:
     """A pipe table, as GitHub and MkDocs show it."""
     head, rows = _grid(summary, plan, _markdown_cell, markdown_text)
-    lines = [_piped(head), _piped(["---", *["---:"] * (len(head) - 1)]), *map(_piped, rows)]
-    return "\n".join([*lines, "", markdown_text(_caption(summary, plan)), ""])
+    return "\n".join([pipe_table(head, rows), "", markdown_text(_caption(summary, plan)), ""])
 
 
 def as_latex(summary: Summary, plan: Plan) -> str:
@@ -143,8 +142,10 @@ def _cells(row: Row, cell: Callable[[str, bool], str]) -> list[str]:
     return [cell(words, place in row.best) for place, words in enumerate(row.cells())]
 
 
-def _piped(cells: Iterable[str]) -> str:
-    return f"| {' | '.join(cells)} |"
+def pipe_table(head: Sequence[str], rows: Sequence[Sequence[str]], *, n_words: int = 1) -> str:
+    """A table in Markdown; columns after the first few are numbers, and end on the right."""
+    rule = ["---"] * n_words + ["---:"] * (len(head) - n_words)
+    return "\n".join(f"| {' | '.join(line)} |" for line in (head, rule, *rows))
 
 
 def markdown_text(text: str) -> str:

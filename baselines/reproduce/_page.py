@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from baselines.evaluation.marked_pages import filled
 from baselines.reproduce._claim_sections import VERDICTS, claim_section, headlines, summary
 from baselines.reproduce._figures import NOT_REDONE
 from baselines.reproduce._tables import about, table
@@ -44,9 +45,8 @@ def page(record: Mapping[str, Any], picture: Callable[[str], str]) -> str:
 
 def with_summary(text: str, figures: Mapping[str, Any]) -> str:
     """A text with the main claims between its marks; as it was if it has none."""
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    return f"{before}{begin}\n\n{brief(figures)}\n\n{end}{after}" if begin and end else text
+    marked = END in text.partition(BEGIN)[2]
+    return filled(text, BEGIN, END, brief(figures), where="README.md") if marked else text
 
 
 def brief(figures: Mapping[str, Any]) -> str:

@@ -10,6 +10,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from baselines.evaluation.marked_pages import filled
 from baselines.suite.definition import SUITES
 from baselines.suite.report import draw, title
 from baselines.suite.results import FILE, Results, joined, read_results, write_results
@@ -68,15 +69,13 @@ def check_whole(results: Results) -> None:
 
 def with_table(page: str, results: Results) -> str:
     """The page with what is made from the scores between its marks."""
-    before, _, rest = page.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    require(bool(end), PAGE, f"with {BEGIN} and {END}", "a page without")
     reference = reference_of(list(results.entries))
     standings = standings_of(results, reference)
     labels = [one.label for one in standings]
     pairs = f"{_PAIRS}\n\n{pairs_table(labels, partial(decided_between, results))}"
     parts = [title(results, reference), markdown_table(standings), _PICTURE, pairs]
-    return "\n\n".join([before + BEGIN, *parts, _policies(standings, results), end + after])
+    text = "\n\n".join([*parts, _policies(standings, results)])
+    return filled(page, BEGIN, END, text, where=PAGE)
 
 
 def _policies(standings: Sequence[Standing], results: Results) -> str:

@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from baselines.evaluation.intervals import Estimate
-from baselines.evaluation.paper_tables import markdown_text
+from baselines.evaluation.paper_tables import markdown_text, pipe_table
 from baselines.suite.standings import Standing
 
 HEADS = ("policy", "IQM", "P(better)", "above, below")
@@ -31,23 +31,24 @@ def terminal_table(standings: Sequence[Standing], title: str) -> Table:
 def markdown_table(standings: Sequence[Standing]) -> str:
     """The same as a pipe table; the highest mean of a column is bold."""
     names = list(standings[0].scores)
-    lines = [_piped([*HEADS, *names]), _piped(["---", *["---:"] * (len(HEADS) - 1 + len(names))])]
+    rows = []
     best = {name: max(_per_cent(one.scores[name]) for one in standings) for name in names}
     for one in standings:
         improvement = "" if one.improvement is None else _interval(one.improvement, " ")
         counts = "" if one.improvement is None else f"{one.above}, {one.below}"
         cells = [_cell(one.scores[name], best[name]) for name in names]
-        lines.append(_piped([markdown_text(one.label), _interval(one.iqm, " "), improvement, counts, *cells]))
-    return "\n".join(lines)
+        rows.append([markdown_text(one.label), _interval(one.iqm, " "), improvement, counts, *cells])
+    return pipe_table([*HEADS, *names], rows)
 
 
 def pairs_table(labels: Sequence[str], decided: Callable[[str, str], tuple[int, int]]) -> str:
     """Every policy against every other: in how many scenarios that of the row is above, and below."""
-    lines = [_piped(["", *map(markdown_text, labels)]), _piped(["---"] * (len(labels) + 1))]
+    rows = []
     for label in labels:
         counts = ["" if label == other else "{}, {}".format(*decided(label, other)) for other in labels]
-        lines.append(_piped([markdown_text(label), *counts]))
-    return "\n".join(lines)
+        rows.append([markdown_text(label), *counts])
+    head = ["", *map(markdown_text, labels)]
+    return pipe_table(head, rows, n_words=len(head))
 
 
 def _cell(score: Estimate, best: float) -> str:
@@ -70,7 +71,3 @@ def _half(score: Estimate) -> float:
 
 def _interval(found: Estimate, between: str) -> str:
     return f"{found.value:.3f}{between}[{found.low:.3f}, {found.high:.3f}]"
-
-
-def _piped(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |"
