@@ -11,6 +11,7 @@ from wifipgo.radio.channel.bands import band_of
 from wifipgo.rendezvous import NOBODY
 from wifipgo.scenarios import Scenario
 from wifipgo.state import Belief, Tick
+from wifipgo.world.map_accuracy import first_map_accuracy
 
 # Semi-axes of the region that holds a Gaussian in the plane with 95 %, in standard deviations.
 SIGMAS_95 = float(np.sqrt(-2.0 * np.log(0.05)))
@@ -47,6 +48,7 @@ class Scene:
         estimate: The same as the robots now believe them.
         seen: Cells that somebody has seen.
         seen_share: Share of the free cells that these are.
+        mapped_share: The score: share of the free cells that are mapped where they are.
         pairs: Robots of which one listens to the other.
         rate_share: Rate of each such link, of the band's top rate.
         calls: (caller, callee) of each call that is up.
@@ -64,6 +66,7 @@ class Scene:
     estimate: Float[np.ndarray, "robots times 3"]
     seen: Bool[np.ndarray, "cells cells"]
     seen_share: float
+    mapped_share: float
     pairs: Int[np.ndarray, "links 2"]
     rate_share: Float[np.ndarray, " links"]
     calls: Int[np.ndarray, "calls 2"]
@@ -88,6 +91,7 @@ class Scene:
 def scene_of(tick: Tick, scenario: Scenario) -> Scene:
     """Gather what a picture shows."""
     truth, belief = tick.truth, tick.belief
+    mapped = first_map_accuracy(truth.cells, truth.poses, belief.paths.estimate)
     pairs = _listening(belief)
     top_mbit_s = band_of(scenario.radio.bandwidth_hz).top_rate_mbit_s
     caller = np.flatnonzero(belief.team.calls.callee != NOBODY)
@@ -99,6 +103,7 @@ def scene_of(tick: Tick, scenario: Scenario) -> Scene:
         estimate=belief.paths.estimate,
         seen=truth.cells.seen[0],
         seen_share=float(truth.cells.share[0]),
+        mapped_share=float(mapped.share[0]),
         pairs=pairs,
         rate_share=belief.radio.rate_mbit_s[pairs[:, 0], pairs[:, 1]] / top_mbit_s,
         calls=calls,

@@ -17,7 +17,7 @@ from wifipgo.scenarios import Scenario
 from wifipgo.state import World
 
 _HEIGHT = 320.0  # places are given for arenas of this side and scaled
-_HEAD, _FOOT, _KEY = 26.0, 44.0, 26.0
+_HEAD, _FOOT, _KEY = 26.0, 66.0, 26.0
 _FEW = 4
 
 
@@ -61,8 +61,11 @@ class SideBySide:
         return k * self._side_px + self._u * x, self._u * y
 
     def _stand(self, k: int, scene: Scene) -> None:
-        """Iteration, Err of each robot, red above the threshold, and how far it is off."""
-        threshold, y = self._scenario.rendezvous.err_threshold, _HEAD + _HEIGHT + 2.0
+        """Iteration, score, Err of each robot, red above the threshold, and how far it is off."""
+        threshold, y = self._scenario.rendezvous.err_threshold, _HEAD + _HEIGHT + 24.0
+        mapped, seen = (f"{100.0 * share:.0f} %" for share in (scene.mapped_share, scene.seen_share))
+        score = f"mapped {mapped} of the floor, saw {seen}"
+        write(self._surface, score, self._at(k, 14.0, y - 22.0), 20.0 * self._u)
         write(
             self._surface,
             f"iteration {scene.t} of {self._scenario.n_steps}",
