@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from baselines.evaluation.batches import worlds_at_once
 from baselines.evaluation.drivers import try_policy
-from baselines.evaluation.episodes import run_episodes
+from baselines.evaluation.episodes import Episode, run_episodes
 from baselines.policies import make_policy
 from baselines.policies.registry import source_digest
 from baselines.policies.specs import Spec
@@ -19,8 +19,8 @@ from wifipgo.files.atomic_files import read_sealed, write_sealed
 from wifipgo.scenarios import Scenario
 
 
-class Chunk(NamedTuple):
-    """Worlds that are played together, and the file of their scores."""
+class Piece(NamedTuple):
+    """Worlds that are played together, and the file of what is kept of them."""
 
     column: str
     scenario: Scenario
@@ -35,10 +35,19 @@ class Chunk(NamedTuple):
         """Which worlds."""
         return f"policy {self.name} in {self.column}, worlds {self.trials.start} to {self.trials[-1]}"
 
+    def played(self) -> list[Episode]:
+        """Their episodes."""
+        return run_episodes(self.scenario, self.spec, self.seeds, trials=self.trials, label=self.name)
+
+
+class Chunk(Piece):
+    """Worlds of which the scores are kept."""
+
+    __slots__ = ()
+
     def compute(self) -> list[float]:
         """Play them: mapped share at the end of each."""
-        played = run_episodes(self.scenario, self.spec, self.seeds, trials=self.trials, label=self.name)
-        return [rounded(episode.figures["mapped_share"]) for episode in played]
+        return [rounded(episode.figures["mapped_share"]) for episode in self.played()]
 
     def keep(self, result: Sequence[float]) -> None:
         """Write the scores down."""
@@ -50,15 +59,31 @@ class Chunk(NamedTuple):
 
 
 def chunks_of(column: str, part: Part, spec: Spec, trials: range, folder: Path) -> list[Chunk]:
-    """Worlds of one policy in one scenario in pieces that are played at once."""
+    """Pieces of which the scores are kept."""
+    return [Chunk(*piece) for piece in pieces_of(column, part, spec, trials, folder=folder, suffix=".scores")]
+
+
+def pieces_of(
+    column: str, part: Part, spec: Spec, trials: range, *, folder: Path, suffix: str
+) -> list[Piece]:
+    """Worlds of one policy in one scenario in pieces that are played at once.
+
+    Args:
+        column: Short name of the scenario.
+        part: The scenario and its worlds.
+        spec: The policy.
+        trials: Numbers of the worlds.
+        folder: Of the files.
+        suffix: Of their names.
+    """
     n_pieces = max(1, -(-len(trials) // worlds_at_once(part.scenario)))
     size = max(1, -(-len(trials) // n_pieces))
     pieces = [trials[begin : begin + size] for begin in range(0, len(trials), size)]
     whose = sha256(f"{spec} {source_digest(spec)} {spec.label}".encode()).hexdigest()[:12]
     return [
-        Chunk(column, part.scenario, spec.label, str(spec), piece, tuple(part.seeds(piece)), path)
+        Piece(column, part.scenario, spec.label, str(spec), piece, tuple(part.seeds(piece)), path)
         for piece in pieces
-        for path in [folder / f"{column}-{whose}-{piece.start:05d}-{len(piece)}.scores"]
+        for path in [folder / f"{column}-{whose}-{piece.start:05d}-{len(piece)}{suffix}"]
     ]
 
 

@@ -85,8 +85,10 @@ _V1 = {
 SUITES: Mapping[str, Suite] = MappingProxyType(
     {"suite-v1": Suite(name="suite-v1", parts=MappingProxyType(_V1), worlds=100)}
 )
+# Root of worlds in which `wifipgo bench why` looks closely at what a policy does.
+CLOSE_UP = 6100
 # Roots that nothing is trained or chosen on.
-ROOTS = tuple(part.root for suite in SUITES.values() for part in suite.parts.values())
+ROOTS = (*(part.root for suite in SUITES.values() for part in suite.parts.values()), CLOSE_UP)
 
 
 class Anchors(NamedTuple):

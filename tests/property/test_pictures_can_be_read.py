@@ -8,6 +8,9 @@ import pandas as pd
 import pytest
 from support.layouts import assert_readable, curves, saved_figures
 
+from baselines.conduct.conduct import Conduct
+from baselines.conduct.findings import Findings
+from baselines.conduct.picture import draw_findings
 from baselines.evaluation.episodes import Episode
 from baselines.evaluation.labels import whole
 from baselines.reproduce import _draw_outliers, fig8
@@ -15,11 +18,13 @@ from baselines.reproduce._outlier_trials import METHODS
 from baselines.reproduce._runs import Setting
 from baselines.reproduce._two_robots import ROOMS
 from baselines.reproduce.encounter_grid import ODOMETRY
+from baselines.suite.definition import Part, Suite
 from benchmarks import outliers, real_csi
 from envs._describe_picture import draw_room
 from envs.rendezvous_v0 import RendezvousEnv
 from train._learning_curve import LEARNED, drawn
 from wifipgo.graph.outliers.aoa_weights import likelihood
+from wifipgo.scenarios import SCENARIOS
 
 
 def test_figure_10(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -81,6 +86,27 @@ def test_learning_curve() -> None:
     assert figure.axes[0].get_position().width > 0.5
     names = {text.get_text() for text in figure.legends[0].get_texts()}
     assert {"95 % of its mean", LEARNED, "active: 0.52"} <= names
+
+
+def test_why_a_policy_wins(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Long names, scenarios enough, and teams that never meet."""
+    saved, rng, n = saved_figures(monkeypatch), np.random.default_rng(4), 12
+    parts = {name: Part(SCENARIOS["paper-sim-2"], 1, ()) for name in ("sim", "hw", "boxes", "hetero", "four")}
+    policy, rule = "mine=ppo:path=/data/someone/runs/a-long-name/checkpoints/best.npz", "team_plan"
+    without = tuple(f"{policy} without {name}" for name in ("profile", "camera", "calls"))
+
+    def played() -> Conduct:
+        share, of_robots = rng.uniform(size=(n, 50)), rng.uniform(0.0, 20.0, (n, 50, 2))
+        nothing = np.zeros((n, 50, 2), dtype=bool)
+        grows = np.cumsum(share, axis=1) / 50.0
+        return Conduct(grows, grows, nothing, nothing, of_robots, of_robots, of_robots, of_robots)
+
+    everything = {name: {label: played() for label in (rule, policy, *without)} for name in parts}
+    suite = Suite(name="suite-v1", parts=parts, worlds=n)
+    found = Findings(suite, policy, rule, without, (rule, policy), everything)
+    draw_findings(tmp_path / "why.png", found, title=f"{policy} beside {rule}, 12 worlds")
+    assert_readable(saved[0])
+    assert all(axes.get_title(loc="left") and axes.get_xlabel() for axes in saved[0].axes)
 
 
 def test_real_recordings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
