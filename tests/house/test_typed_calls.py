@@ -1,14 +1,27 @@
 """A test run refuses what is not as a signature says: types, shapes, and shapes that do not agree."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from jaxtyping import Float
-from support.typed_calls import checked_thing
+from jaxtyping import AnnotationError, Bool, Float, Int, Real
+from jaxtyping._storage import pop_shape_memo, push_shape_memo
+from support.typed_calls import checked_thing, is_of, plain, slowly
 
 from wifipgo.radio.aoa.estimators import AoaConfig
 from wifipgo.se2 import compose
+
+KINDS = [
+    kind[np.ndarray, text]
+    for kind in (Bool, Float, Int, Real)
+    for text in ("", "3", "n", "n 3", "n n", "_ n", "*more 3", "#n 3", "n n+1", "...")
+]
+THINGS = [
+    np.zeros(shape, dtype)
+    for shape in ((), (3,), (2, 3), (3, 3), (1, 3), (3, 4))
+    for dtype in (bool, np.int8, np.float32, np.float64, complex, "U1")
+]
 
 Rows = Float[np.ndarray, "robots 3"]
 TWO, THREE = np.zeros((2, 3)), np.zeros((3, 3))
@@ -57,6 +70,29 @@ def test_a_refusal_leaves_the_next_call_alone() -> None:
     with pytest.raises(TypeError):
         pick(TWO, THREE)
     assert pick(THREE, THREE).shape == (3,)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_look_finds_what_jaxtyping_finds(kind: type) -> None:
+    """For one thing after another in a call, whether or not the lengths remembered agree."""
+
+    def found(look: Callable[[type, object], bool]) -> list[bool | None]:
+        def answer(thing: object) -> bool | None:
+            try:
+                return look(kind, thing)
+            except AnnotationError:  # a sum of lengths that nothing has
+                return None
+
+        push_shape_memo({})
+        answers = [answer(thing) for thing in [*THINGS, *reversed(THINGS), None, [1.0]]]
+        pop_shape_memo()
+        return answers
+
+    assert found(is_of) == found(slowly)
+
+
+def test_most_shapes_are_plain() -> None:
+    assert sum(plain(kind) is not None for kind in KINDS) == 6 * 4
 
 
 def test_the_project_is_checked_so() -> None:
