@@ -61,6 +61,7 @@ def test_nothing_to_do_starts_nothing(tmp_path: Path) -> None:
     assert not list(Executor(jobs=2).outcomes(WORK, []))
 
 
+@pytest.mark.usefixtures("spawned")
 def test_serial_and_process_find_the_same(tmp_path: Path) -> None:
     for name in ("serial", "process"):
         config = EvaluateConfig(

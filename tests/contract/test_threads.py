@@ -84,6 +84,7 @@ def test_the_caller_keeps_its_threads_between_steps() -> None:
         assert blas_threads() == {2}
 
 
+@pytest.mark.usefixtures("spawned")
 def test_results_depend_neither_on_jobs_nor_on_where(tmp_path: Path) -> None:
     """Workers have one thread each, this process has two."""
     tables = []

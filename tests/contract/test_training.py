@@ -50,15 +50,16 @@ def test_one_seed_gives_the_same_weights(tmp_path: Path, done: Run) -> None:
     assert digest(done.model) == digest(again.model) != digest(untrained.model)
 
 
-def test_weights_depend_neither_on_workers_nor_on_threads(tmp_path: Path) -> None:
+@pytest.mark.parametrize("others", [(), ("paper-hw-2 n_robots=3 n_slots=2",)], ids=["alike", "mixed"])
+def test_weights_depend_neither_on_workers_nor_on_threads(tmp_path: Path, others: tuple[str, ...]) -> None:
     """Four robots, three slots: profiles of so many links that two threads would sum them otherwise."""
     changes = ("n_robots=4", "n_slots=3", "n_steps=10", "size_m=10")
-    ppo = replace(FEW, n_steps=10, batch_size=80, n_epochs=1)
+    envs = replace(SHORT, others=others, overrides=changes)
+    ppo = replace(FEW, agent_steps=70, n_steps=10, batch_size=35 if others else 40, n_epochs=1)
     digests = set()
-    for n_workers, threads in ((0, 2), (2, 2)):
-        envs = replace(SHORT, overrides=changes, n_workers=n_workers)
+    for n_workers, threads in ((0, 2), (2, 1)):
         with threadpool_limits(threads):
-            run = train(small(tmp_path / f"{n_workers}-{threads}", envs=envs, ppo=ppo))
+            run = train(small(tmp_path / f"{n_workers}", envs=replace(envs, n_workers=n_workers), ppo=ppo))
         digests.add(digest(run.model))
     assert len(digests) == 1
 

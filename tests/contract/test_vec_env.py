@@ -97,6 +97,7 @@ def test_a_task_that_ends_is_no_truncation() -> None:
     assert not any(i["TimeLimit.truncated"] for i in infos)
 
 
+@pytest.mark.usefixtures("spawned")
 def test_workers_change_nothing() -> None:
     runs = []
     for n_workers in (0, 2):

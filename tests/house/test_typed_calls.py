@@ -15,7 +15,7 @@ from wifipgo.se2 import compose
 KINDS = [
     kind[np.ndarray, text]
     for kind in (Bool, Float, Int, Real)
-    for text in ("", "3", "n", "n 3", "n n", "_ n", "*more 3", "#n 3", "n n+1", "...")
+    for text in ("", "3", "n", "n 3", "n n", "_ n", "*n", "n *n 3", "... 3", "*#n", "#n 3", "n n+1")
 ]
 THINGS = [
     np.zeros(shape, dtype)
@@ -72,14 +72,15 @@ def test_a_refusal_leaves_the_next_call_alone() -> None:
     assert pick(THREE, THREE).shape == (3,)
 
 
+@pytest.mark.parametrize("other", [Float[np.ndarray, "*#n"], Float[np.ndarray, "n 3"]])
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_look_finds_what_jaxtyping_finds(kind: type) -> None:
+def test_a_look_finds_what_jaxtyping_finds(kind: type, other: type) -> None:
     """For one thing after another in a call, whether or not the lengths remembered agree."""
 
-    def found(look: Callable[[type, object], bool]) -> list[bool | None]:
-        def answer(thing: object) -> bool | None:
+    def found(look: Callable[[type, object], bool]) -> list[tuple[bool, bool] | None]:
+        def answer(thing: object) -> tuple[bool, bool] | None:
             try:
-                return look(kind, thing)
+                return look(kind, thing), look(other, thing)
             except AnnotationError:  # a sum of lengths that nothing has
                 return None
 
@@ -92,7 +93,7 @@ def test_a_look_finds_what_jaxtyping_finds(kind: type) -> None:
 
 
 def test_most_shapes_are_plain() -> None:
-    assert sum(plain(kind) is not None for kind in KINDS) == 6 * 4
+    assert sum(plain(kind) is not None for kind in KINDS) == 9 * 4
 
 
 def test_the_project_is_checked_so() -> None:

@@ -63,60 +63,86 @@ class PlainHint:
     """A shape of which each axis is a number or a name or anything, for numpy arrays.
 
     Attributes:
-        n_axes: As many as an array must have.
+        at: Where any number of axes may be, or None.
+        name: Theirs together, or None.
+        n_axes: How many others there are, which are numbered without those.
         fixed: Axes of so many entries.
         named: Axes that are as long as others of the same name.
-        dtypes: Those that jaxtyping passed, and those that it did not.
+        dtypes: Whether jaxtyping passed them.
     """
 
     def __init__(self, hint: Any) -> None:
         """Read off what jaxtyping found in the text."""
-        self.n_axes, self.dtypes = len(hint.dims), dict[np.dtype[Any], bool]()
-        axes = list(enumerate(hint.dims))
-        self.fixed = [(axis, dim.size) for axis, dim in axes if isinstance(dim, hints._FixedDim)]
-        self.named = [(axis, dim.name) for axis, dim in axes if isinstance(dim, hints._NamedDim)]
-        self.probe = [dict(self.fixed).get(axis, 1) for axis, _ in axes]
-        self.hint = hint
+        self.hint, self.dtypes = hint, dict[np.dtype[Any], bool]()
+        dims, self.at = list(hint.dims), hint.index_variadic
+        self.name = None if self.at is None else getattr(dims.pop(self.at), "name", None)
+        self.n_axes = len(dims)
+        self.fixed = [(axis, dim.size) for axis, dim in enumerate(dims) if isinstance(dim, hints._FixedDim)]
+        self.named = [(axis, dim.name) for axis, dim in enumerate(dims) if isinstance(dim, hints._NamedDim)]
 
     def takes(self, dtype: np.dtype[Any]) -> bool:
         """What jaxtyping says of an array of this dtype with nothing remembered."""
         if dtype not in self.dtypes:
+            sizes = dict(self.fixed)
             push_shape_memo({})
-            self.dtypes[dtype] = slowly(self.hint, np.empty(self.probe, dtype))
+            probe = np.empty([sizes.get(axis, 1) for axis in range(self.n_axes)], dtype)
+            self.dtypes[dtype] = slowly(self.hint, probe)
             pop_shape_memo()
         return self.dtypes[dtype]
 
     def fits(self, array: np.ndarray) -> bool:
         """Whether an array is of this kind; if so, lengths of named axes are remembered for the call."""
-        shape = array.shape
+        shape, rest = array.shape, (False, ())
+        if self.at is not None and len(shape) >= self.n_axes:
+            end = self.at + len(shape) - self.n_axes
+            shape, rest = shape[: self.at] + shape[end:], (False, shape[self.at : end])
         if len(shape) != self.n_axes or not self.takes(array.dtype):
             return False
-        for axis, size in self.fixed:
-            if shape[axis] != size:
-                return False
-        lengths: dict[str, int] = get_shape_memo()[0]  # type: ignore[no-untyped-call]
-        news = []
-        for axis, name in self.named:
-            known = lengths.get(name)
-            if known is None:
-                lengths[name] = shape[axis]
-                news.append(name)
-            elif known != shape[axis]:
-                for new in news:
-                    del lengths[new]
-                return False
-        return True
+        lengths, rests, *_ = get_shape_memo()  # type: ignore[no-untyped-call]
+        if self.name is not None and rests.get(self.name, rest) != rest:
+            return slowly(self.hint, array)  # it may broadcast
+        agree = agrees(shape, self.fixed, self.named, lengths)
+        if agree and self.name is not None:
+            rests[self.name] = rest
+        return agree
+
+
+def agrees(
+    shape: tuple[int, ...],
+    fixed: list[tuple[int, int]],
+    named: list[tuple[int, str]],
+    lengths: dict[str, int],
+) -> bool:
+    """Whether axes are as long as their numbers and others of their names, which are remembered if so."""
+    for axis, size in fixed:
+        if shape[axis] != size:
+            return False
+    news = []
+    for axis, name in named:
+        known = lengths.get(name)
+        if known is None:
+            lengths[name] = shape[axis]
+            news.append(name)
+        elif known != shape[axis]:
+            for new in news:
+                del lengths[new]
+            return False
+    return True
 
 
 @functools.cache
 def plain(hint: Any) -> PlainHint | None:
-    """The hint as a plain one, or None: a length that is worked out, broadcast, or of any number of axes."""
-    if hint.array_type is not np.ndarray or hint._skip_instancecheck or hint.index_variadic is not None:
+    """The hint as a plain one, or None: a length that is worked out, or axes that broadcast."""
+    if hint.array_type is not np.ndarray or hint._skip_instancecheck:
         return None
     simple = (
-        dim is hints._anonymous_dim
+        dim in (hints._anonymous_dim, hints._anonymous_variadic_dim)
         or (isinstance(dim, hints._FixedDim) and not dim.broadcastable)
-        or (isinstance(dim, hints._NamedDim) and not dim.broadcastable and not dim.treepath)
+        or (
+            isinstance(dim, hints._NamedDim | hints._NamedVariadicDim)
+            and not dim.broadcastable
+            and not dim.treepath
+        )
         for dim in hint.dims
     )
     return PlainHint(hint) if all(simple) else None
