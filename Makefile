@@ -3,7 +3,8 @@
 #   make test PYTHON=python3.12        make test PYTEST_ARGS="-x tests/oracle"
 
 PYTHON ?= python3
-PYTEST_ARGS ?= -n auto --maxprocesses 8
+# Each process takes a stretch of the tests, then half of what another has left: fixtures of a file are made once.
+PYTEST_ARGS ?= -n auto --maxprocesses 8 --dist worksteal
 PYTHONS ?= 3.11 3.12 3.13 3.14
 ARGS ?=
 VENV := .venv
@@ -92,3 +93,9 @@ $(VENV)/.docs: $(PINS) | $(VENV)/.made
 	@echo "Installing wifipgo and what builds its documentation into $(VENV) (a minute, once)"
 	@$(INSTALL) -e '.[docs,video]'
 	@touch $(VENV)/.run $@
+
+# All of these at once, for `.ci/run`.
+$(VENV)/.all: $(PINS) | $(VENV)/.made
+	@echo "Installing wifipgo, its development tools and what builds its documentation into $(VENV) (two minutes, once)"
+	@$(INSTALL) -e '.[dev,train,docs]'
+	@touch $(VENV)/.run $(VENV)/.dev $(VENV)/.docs $@
