@@ -1,8 +1,8 @@
 """What README and documentation show works: a page is played from top to bottom, in an empty folder.
 
 Its files are written, its programs run in one namespace, its commands run in small form: a tenth of the
-trials, episodes of three iterations. Commands whose comment says that they take minutes, or need what is not
-here, and those within sentences, are read by their own parsers only.
+trials of one root, episodes of three iterations. Commands whose comment says that they take minutes, or need
+what is not here, and those within sentences, are read by their own parsers only.
 """
 
 import argparse
@@ -77,6 +77,8 @@ def small(words: Sequence[str]) -> list[str]:
     for k, word in enumerate(words[:-1]):
         if word in {"--trials", "--trials-from"}:
             words[k + 1] = str(-(-int(words[k + 1]) // 10))
+        elif word == "--roots":
+            words[k + 1] = "1"
     return [*words, *MORE.get(words[0], ())]
 
 
@@ -148,14 +150,19 @@ def short_episodes() -> Callable[..., list[Episode]]:
     return play
 
 
+@functools.cache
+def short_scenarios() -> dict[str, Scenario]:
+    """All that come with the package, of three iterations."""
+    return {name: scenario.with_overrides(n_steps=N_STEPS) for name, scenario in SCENARIOS.items()}
+
+
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder to work in, beside which the checkout's files are where commands look for them."""
     monkeypatch.chdir(tmp_path)
     for command in (evaluate, merge):
         monkeypatch.setattr(command, "draw", lambda *_: None)  # pictures have tests of their own
-    short = {name: scenario.with_overrides(n_steps=N_STEPS) for name, scenario in SCENARIOS.items()}
-    monkeypatch.setattr(lookup, "SCENARIOS", short)
+    monkeypatch.setattr(lookup, "SCENARIOS", dict(short_scenarios()))
     monkeypatch.setattr(jobs, "run_episodes", short_episodes())
     monkeypatch.setattr(os, "environ", dict(os.environ))
     for name in ("examples", "train"):

@@ -1,5 +1,6 @@
 """Worlds of a VecEnv that are stepped at once give what environments one after the other give."""
 
+import functools
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -52,13 +53,19 @@ def played(venv: TeamVecEnv, n_steps: int = 14) -> list[Any]:
     return out
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@functools.cache
+def played_alone(kind: str) -> list[Any]:
+    """What comes out of the environments of a kind, one by one."""
+    makers = one_by_one(KINDS[kind])
+    assert not are_worlds(makers)
+    return played(TeamVecEnv(makers))
+
+
 @pytest.mark.parametrize("n_workers", [0, 2])
+@pytest.mark.parametrize("kind", KINDS)
 def test_at_once_is_one_by_one(kind: str, n_workers: int) -> None:
-    makers = KINDS[kind]
+    makers, alone = KINDS[kind], played_alone(kind)
     assert are_worlds(makers)
-    assert not are_worlds(one_by_one(makers))
-    alone = played(TeamVecEnv(one_by_one(makers)))
     np.testing.assert_equal(played(TeamVecEnv(makers, n_workers=n_workers)), alone)
     ends = [out[2].all() for out in alone[2::2]]
     assert sum(ends) >= 2 or kind == "ends of their own"
