@@ -46,12 +46,12 @@ def learn(mappo: Mappo, rows: TensorDict, optimiser: torch.optim.Optimizer, chos
     for _ in range(chosen.epochs):
         for some in torch.split(torch.randperm(len(rows)), chosen.batch_size):
             losses = mappo.loss(rows[some])
+            if losses["mean_ratio"] - 1.0 + losses["kl_approx"] > 0.045:  # of little variance: Schulman 2020
+                return
             optimiser.zero_grad()
             (losses["loss_objective"] + losses["loss_critic"] + losses["loss_entropy"]).backward()
             torch.nn.utils.clip_grad_norm_(mappo.loss.parameters(), 0.5)
             optimiser.step()
-        if losses["kl_approx"] > 0.03:
-            return
 
 
 def train(mappo: Mappo, envs: Sequence[RendezvousTorchEnv], chosen: Settings) -> Iterator[str]:

@@ -12,11 +12,12 @@ from torchrl.modules import ProbabilisticActor
 from torchrl.objectives import ClipPPOLoss
 from torchrl.objectives.value import GAE
 
-from train.rays_networks import RaysActor, TeamCritic
+from train.rays_networks import RaysActor, RunningNorm, TeamCritic
 from train.torchrl_env import GROUP
 
 _SHOWN, _CHOICE, _LOGITS = (GROUP, "observation"), (GROUP, "action"), (GROUP, "logits")
 _LOG_PROB, _TEAM, _VALUE = (GROUP, "action_log_prob"), (GROUP, "team"), (GROUP, "state_value")
+_REWARD, _DONE = (GROUP, "reward"), (GROUP, "done")
 _ADVANTAGE, _TARGET = (GROUP, "advantage"), (GROUP, "value_target")
 _LEARNED_FROM = (_SHOWN, _CHOICE, _LOG_PROB, _TEAM, _ADVANTAGE, _TARGET)
 
@@ -54,6 +55,7 @@ class Mappo:
         self.policy = _policy_of(self.actor)
         self._team = TensorDictModule(critic.team, in_keys=[_SHOWN], out_keys=[_TEAM])
         value = TensorDictModule(critic, in_keys=[_SHOWN, _TEAM], out_keys=[_VALUE])
+        self._gamma, self._returns = gamma, RunningNorm(1)
         self._gae = GAE(gamma=gamma, lmbda=lmbda, value_network=TensorDictSequential(self._team, value))
         self.loss = ClipPPOLoss(
             self.policy,
@@ -65,7 +67,7 @@ class Mappo:
             normalize_advantage=True,
         )
         keys = {"value": _VALUE, "advantage": _ADVANTAGE, "value_target": _TARGET}
-        self._gae.set_keys(**keys, **{flag: (GROUP, flag) for flag in ("reward", "done", "terminated")})
+        self._gae.set_keys(**keys, reward=_REWARD, done=_DONE, terminated=(GROUP, "terminated"))
         self.loss.set_keys(**keys, action=_CHOICE, sample_log_prob=_LOG_PROB)
 
     @torch.no_grad()
@@ -73,22 +75,34 @@ class Mappo:
         """What the loss needs of rollouts, with advantages: a row a robot, world and step.
 
         The normalisation takes them into account first, and probabilities are told anew by it: an update is
-        held against the policy that it begins with.
+        held against the policy that it begins with. Rewards become shares of the deviation of all returns so
+        far, so that values are as large as what a network begins with.
 
         Args:
-            rollouts: Of (worlds, steps), one for each environment.
+            rollouts: Of (worlds, steps), one for each environment; rewards and ends of robots are changed.
         """
-        self.actor.norm.update(torch.cat([rollout[_SHOWN].flatten(0, 2) for rollout in rollouts]))
+        for rollout in rollouts:
+            told = rollout["next"]
+            for flag in ("done", "terminated"):  # the end of a world is one of each of its robots
+                told[GROUP, flag] = told[flag].unsqueeze(-1).expand_as(told[_REWARD])
+            self.actor.norm.update(rollout[_SHOWN])
+            self._returns.update(_returns(told[_REWARD], told[_DONE], self._gamma))
         return torch.cat([self._with_advantages(rollout) for rollout in rollouts])
 
     def _with_advantages(self, rollout: TensorDictBase) -> TensorDict:
-        """Rows of one rollout; the end of a world is one of each of its robots."""
+        """Rows of one rollout."""
         rollout[_LOG_PROB] = self.policy.get_dist(rollout).log_prob(rollout[_CHOICE])
-        told = rollout["next"]
-        for flag in ("done", "terminated"):
-            told[GROUP, flag] = told[flag].unsqueeze(-1).expand_as(told[GROUP, "reward"])
+        rollout["next", _REWARD] = rollout["next", _REWARD] / (self._returns.variance + 1e-8).sqrt()
         robots = self._gae(self._team(rollout)).select(*_LEARNED_FROM)[GROUP].flatten(0, 2)
         return TensorDict({GROUP: robots}, batch_size=robots.batch_size)
+
+
+def _returns(reward: torch.Tensor, done: torch.Tensor, gamma: float) -> torch.Tensor:
+    """Discounted sums of what follows, (worlds, steps, robots, 1), up to the end of the rollout."""
+    out, after = torch.empty_like(reward), torch.zeros_like(reward[:, 0])
+    for t in reversed(range(reward.shape[1])):
+        after = out[:, t] = reward[:, t] + gamma * after * ~done[:, t]
+    return out
 
 
 def _policy_of(actor: RaysActor) -> ProbabilisticActor:

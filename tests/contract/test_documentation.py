@@ -93,6 +93,10 @@ def start(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
         assert words[0] == "install"
         extras = {extra for found in re.findall(r"\[(.*?)\]", " ".join(words)) for extra in found.split(",")}
         assert extras <= set(PROJECT["optional-dependencies"])
+    elif program == "python" and words[0].endswith(".py"):
+        code = (ROOT / words[0]).read_text("utf-8")
+        asked = {word[2:].replace("-", "_") for word in words if word.startswith("--")}
+        assert asked <= set(re.findall(r"^    (\w+): ", code, re.MULTILINE)), words
     elif program == "python":
         assert words[0] == "-m"
         read_module(words[1], words[2:], monkeypatch)

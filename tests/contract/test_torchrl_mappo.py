@@ -55,14 +55,18 @@ def test_advantages_are_those_of_a_sum_by_hand(terminate_at_end: bool) -> None:
     env, mappo = choosing(terminate_at_end=terminate_at_end), Mappo(gamma=0.9, lmbda=0.8, hidden=(8,))
     with torch.no_grad():
         rollout = env.rollout(8, mappo.policy, break_when_any_done=False)
+    reward = rollout["next", "robots", "reward"].clone()
     rows = mappo.rows([rollout])["robots"]
     now, after = rollout["robots", "state_value"], rollout["next", "robots", "state_value"]
-    advantage = torch.zeros(3, 2, 1)
+    advantage, follows = torch.zeros(3, 2, 1), torch.zeros(8, 3, 2, 1)
+    for t in reversed(range(8)):
+        alive = ~rollout["next", "done"][:, t, None]
+        follows[t] = reward[:, t] + (0.9 * alive * follows[t + 1] if t < 7 else 0.0)
     by_hand = torch.zeros_like(now)
     for t in reversed(range(8)):
         told = rollout["next"][:, t]
         goes_on, has_value = (~told[flag][:, None] for flag in ("done", "terminated"))
-        error = told["robots", "reward"] + 0.9 * has_value * after[:, t] - now[:, t]
+        error = reward[:, t] / follows.std(correction=0) + 0.9 * has_value * after[:, t] - now[:, t]
         advantage = by_hand[:, t] = error + 0.9 * 0.8 * goes_on * advantage
     torch.testing.assert_close(rows["advantage"].reshape(3, 8, 2, 1), by_hand, atol=1e-5, rtol=1e-4)
     torch.testing.assert_close(rows["value_target"].reshape(3, 8, 2, 1), by_hand + now, atol=1e-5, rtol=1e-4)
