@@ -16,7 +16,7 @@ from baselines.conduct.findings import Findings
 from baselines.conduct.measures import error_by_distance, met_within
 from baselines.evaluation.intervals import Estimate, mean_of
 from baselines.evaluation.labels import wrapped
-from baselines.evaluation.plots import STYLE, colour_of, curve, dashes_of
+from baselines.evaluation.plots import STYLE, colour_of, curve, dashes_of, save_small
 from wifipgo.command.palette import GREY
 
 _WINDOW = 5  # iterations in which a meeting counts
@@ -42,7 +42,7 @@ def draw_findings(path: Path, findings: Findings, *, title: str) -> None:
         _scores(last, findings)
         figure.suptitle(wrapped(title, _TITLE, most_lines=2), fontsize=10, x=0.01, ha="left")
         figure.legend(handles=_key(findings), loc="outside lower center", ncols=3, fontsize=8)
-        figure.savefig(path)
+        save_small(figure, path)
 
 
 def _mapped(axes: Axes, both: Both) -> None:

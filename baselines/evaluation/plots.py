@@ -1,15 +1,18 @@
 """What the pictures of an evaluation share: how a policy looks, its trials in rows, labels that fit."""
 
 from collections.abc import Sequence
+from io import BytesIO
+from pathlib import Path
 from typing import Any, NamedTuple
 
-from wifipgo.command.figures import Axes
+from wifipgo.command.figures import Axes, Figure
 
 import numpy as np
 import pandas as pd
 from jaxtyping import Bool, Float, Int
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation, blended_transform_factory
+from PIL import Image
 from scipy import stats
 
 from baselines.evaluation.labels import names_of, wrapped
@@ -111,6 +114,13 @@ def row_heights_in(policies: Sequence[str]) -> float:
     """Height that the rows of all policies need, in."""
     lines = max(name.count("\n") + 1 for name in names_of(policies))
     return max(0.32, 0.15 * lines + 0.06) * len(policies)
+
+
+def save_small(figure: Figure, path: Path) -> None:
+    """Write a picture in as many colours as a page of the documentation needs."""
+    figure.savefig(buffer := BytesIO(), format="png")
+    picture = Image.open(buffer).convert("RGB").quantize(256)
+    picture.save(path, format="PNG", optimize=True)
 
 
 def title_of(plan: Plan, width: int) -> str:

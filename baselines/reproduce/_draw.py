@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +10,9 @@ from wifipgo.command.figures import Axes, Figure, drawing
 import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
-from PIL import Image
 
 from baselines.evaluation.episodes import Episode
-from baselines.evaluation.plots import STYLE, bands
+from baselines.evaluation.plots import STYLE, bands, save_small
 from baselines.reproduce._measures import mean_curves
 from wifipgo.command.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 
@@ -34,9 +32,7 @@ def page(path: Path, size_in: tuple[float, float]) -> Iterator[Figure]:
     with drawing(path), mpl.rc_context({**STYLE, "font.size": 9}):
         figure = Figure(figsize=size_in, dpi=110, layout="constrained")
         yield figure
-        figure.savefig(buffer := BytesIO(), format="png")
-        picture = Image.open(buffer).convert("RGB").quantize(256)
-        picture.save(path, format="PNG", optimize=True)
+        save_small(figure, path)
 
 
 def err_curve(axes: Axes, episodes: Sequence[Episode], label: str) -> None:
