@@ -52,6 +52,14 @@ def joined(parts: Sequence[Conduct]) -> Conduct:
     return Conduct(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
+def mean_curves(conduct: Conduct) -> dict[str, Float[np.ndarray, " iterations"]]:
+    """Every array as its mean over worlds and robots, by iteration."""
+    return {
+        name: array.reshape(*array.shape[:2], -1).mean(axis=(0, 2))
+        for name, array in conduct._asdict().items()
+    }
+
+
 def _columns(episode: Episode, n_steps: int) -> dict[str, np.ndarray]:
     """Arrays of one world, as long as those of all others."""
     steps, start_m = episode.steps, episode.reference[:, 0, :2]

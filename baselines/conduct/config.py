@@ -27,8 +27,8 @@ _WITHOUT = "without"
 class WhyConfig:
     """Show what a policy does that a rule does not, what it uses, and where it fails, on the same worlds.
 
-    Results: why.md (four tables), why.png (when robots meet, how far they go, where errors grow) and
-    why.json. With --docs they go into the documentation, too.
+    Results: why.md (four tables), why.png (when robots meet, how far they go, where errors grow), why.json
+    and curves.parquet. With --docs tables and picture go into the documentation, too.
 
     Example: wifipgo bench why --policies team_plan,mine=ppo:path=results/mine --out results/why
 

@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from baselines.conduct.conduct import Conduct
+import pandas as pd
+
+from baselines.conduct.conduct import Conduct, mean_curves
 from baselines.conduct.measures import MEASURES, Figures
 from baselines.evaluation.intervals import Estimate, mean_of
 from baselines.suite.definition import Suite
@@ -64,6 +66,16 @@ class Findings(NamedTuple):
             }
             for scenario in self.scenarios
         }
+
+
+def curves_of(findings: Findings) -> pd.DataFrame:
+    """Means over worlds and robots, a row for each scenario, policy and iteration."""
+    frames = {
+        (scenario, label): pd.DataFrame(mean_curves(conduct)).rename(index=lambda k: k + 1)
+        for scenario, by_label in findings.conduct.items()
+        for label, conduct in by_label.items()
+    }
+    return pd.concat(frames, names=["scenario", "policy", "iteration"]).reset_index()
 
 
 def decided(found: Estimate) -> bool:

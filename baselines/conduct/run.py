@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.console import Console
 
 from baselines.conduct.config import SUITE, WhyConfig
-from baselines.conduct.findings import Findings
+from baselines.conduct.findings import Findings, curves_of
 from baselines.conduct.page import PAGE, documented, section, title
 from baselines.conduct.pieces import Watched, conduct_in, watched
 from baselines.evaluation.jobs import FAILURES, missing, raise_if_failed
@@ -15,12 +15,13 @@ from baselines.evaluation.progress import run_shown
 from baselines.suite.chunks import check_policies
 from wifipgo.command.terminal import say
 from wifipgo.files import results_folder
-from wifipgo.files.atomic_files import write_json, write_text
+from wifipgo.files.atomic_files import appearing, write_json, write_text
 from wifipgo.files.folder_lock import held
 from wifipgo.files.text_files import read_text
 
 KIND = "why"
-TABLES, PICTURE, NUMBERS, PLAYED = "why.md", "why.png", "why.json", "played"
+TABLES, PICTURE, NUMBERS, CURVES = "why.md", "why.png", "why.json", "curves.parquet"
+PLAYED = "played"
 Cells = dict[tuple[str, str], list[Watched]]
 
 
@@ -57,7 +58,7 @@ def _claim(config: WhyConfig, out: Path) -> None:
     if config.overwrite:
         results_folder.remove(out, KIND)
     results_folder.begin(out, KIND)
-    results_folder.note(out, [f"{PLAYED}/", TABLES, PICTURE, NUMBERS, FAILURES])
+    results_folder.note(out, [f"{PLAYED}/", TABLES, PICTURE, NUMBERS, CURVES, FAILURES])
     (out / PLAYED).mkdir(exist_ok=True)
 
 
@@ -101,6 +102,8 @@ def _publish(findings: Findings, config: WhyConfig, out: Path) -> None:
     text = section(findings, command=config.command, picture=PICTURE, worst=config.worst)
     about = {"command": config.command, "policy": findings.policy, "rule": findings.rule}
     write_json(out / NUMBERS, {**about, "versions": versions(), "scenarios": findings.record()})
+    with appearing(out / CURVES) as unfinished:
+        curves_of(findings).to_parquet(unfinished, index=False)
     write_text(out / TABLES, f"{text}\n")
     _draw(out / PICTURE, findings)
     if config.docs is not None:

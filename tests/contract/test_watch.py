@@ -15,6 +15,8 @@ from baselines.evaluate import run_episode
 from baselines.evaluation import episodes
 from baselines.evaluation.recording import Recording
 from baselines.watch import WatchConfig, main
+from envs.render.scene import Scene, scene_of
+from wifipgo.scenarios import scenario_named
 
 SHORT = ("n_steps=3",)
 HEIGHT_PX = 320
@@ -66,8 +68,6 @@ def test_what_is_watched_is_what_is_evaluated(tmp_path: Path, capsys: pytest.Cap
     config = WatchConfig(out=tmp_path / "run.png", overrides=SHORT, height_px=HEIGHT_PX, seed=3, trial=2)
     seed = episodes.trial_seed(3, 2)
     (episode,) = watch.watch(config)
-    from wifipgo.scenarios import scenario_named  # noqa: PLC0415 (beside what it is compared with)
-
     other = run_episode(scenario_named("paper-hw-2", n_steps=3), "active", seed)
     np.testing.assert_array_equal(episode.reference, other.reference)
     np.testing.assert_array_equal(episode.estimate, other.estimate)
@@ -185,6 +185,19 @@ def test_policies_side_by_side_play_what_each_plays_alone(
         alone = np.asarray(imageio.imread(tmp_path / f"{policy}.png"))[:, :HEIGHT_PX]
         left = place * HEIGHT_PX
         np.testing.assert_array_equal(both[top : top + HEIGHT_PX, left : left + HEIGHT_PX], alone)
+
+
+def test_a_film_shows_the_score_that_is_reported() -> None:
+    """The shares mapped and seen after every step."""
+    scenes: list[Scene] = []
+    scenario = scenario_named("paper-sim-2", n_steps=4)
+    episode = run_episode(
+        scenario, "team_plan", 3, on_tick=lambda tick, _: scenes.append(scene_of(tick, scenario))
+    )
+    shown = np.array([(scene.mapped_share, scene.seen_share) for scene in scenes[1:]])
+    told = np.stack([episode.steps["mapped_share"][:, 0], episode.steps["coverage"][:, 0]], axis=1)
+    np.testing.assert_allclose(shown, told)
+    assert (np.diff(shown[:, 1]) > 0.0).any()
 
 
 def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,12 +6,13 @@ from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from baselines.conduct import config, run
 from baselines.conduct.config import WhyConfig
 from baselines.conduct.page import BEGIN, END, is_as_made
-from baselines.conduct.run import NUMBERS, TABLES, explain
+from baselines.conduct.run import CURVES, NUMBERS, TABLES, explain
 from baselines.evaluate import run_episodes
 from baselines.evaluation.progress import run_shown
 from baselines.suite.definition import CLOSE_UP, ROOTS, Part, Suite
@@ -62,6 +63,9 @@ def test_figures_are_those_of_an_evaluation(done: Path) -> None:
     assert found["mean"][0] == pytest.approx(silent.mean())
     assert found["less_rule"][0] == pytest.approx((silent - rule).mean())
     assert "| ppo without calls | " in (done / TABLES).read_text()
+    curves = pd.read_parquet(done / CURVES).set_index(["policy", "iteration"])
+    mapped = curves["mapped"].to_dict()["team_plan", 2]
+    assert 100.0 * mapped == pytest.approx(rule.mean())
 
 
 def test_a_run_goes_on_without_playing_twice(done: Path, monkeypatch: pytest.MonkeyPatch) -> None:
