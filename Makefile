@@ -28,8 +28,10 @@ unexport PYTHONDONTWRITEBYTECODE
 help:  ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-test: lint  ## Lint, types, floors, then every test
-	$(BIN)/python -m pytest $(PYTEST_ARGS)
+test: $(VENV)/.dev  ## Every test, and beside them lint, types and floors, which are shown at the end
+	@$(MAKE) --no-print-directory lint >$(VENV)/lint.log 2>&1 & lint=$$!; \
+	$(BIN)/python -m pytest $(PYTEST_ARGS); tested=$$?; \
+	wait $$lint; linted=$$?; cat $(VENV)/lint.log; exit $$((tested ? tested : linted))
 
 tests: $(VENV)/.dev
 	$(BIN)/python -m pytest $(PYTEST_ARGS)

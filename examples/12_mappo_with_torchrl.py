@@ -25,7 +25,7 @@ SHARE = ("next", "robots", "info", "mapped_share_truth")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Settings:
+class MappoConfig:
     """Episodes of some worlds of each scenario (NAME KEY=VALUE ...), a few epochs of them, and again."""
 
     scenarios: tuple[str, ...] = ("paper-sim-2",)
@@ -41,7 +41,7 @@ class Settings:
     out: Path = Path("results/mappo")
 
 
-def learn(mappo: Mappo, rows: TensorDict, optimiser: torch.optim.Optimizer, chosen: Settings) -> None:
+def learn(mappo: Mappo, rows: TensorDict, optimiser: torch.optim.Optimizer, chosen: MappoConfig) -> None:
     """PPO's epochs; they end where the policy has moved far enough."""
     for _ in range(chosen.epochs):
         for some in torch.split(torch.randperm(len(rows)), chosen.batch_size):
@@ -54,7 +54,7 @@ def learn(mappo: Mappo, rows: TensorDict, optimiser: torch.optim.Optimizer, chos
             optimiser.step()
 
 
-def train(mappo: Mappo, envs: Sequence[RendezvousTorchEnv], chosen: Settings) -> Iterator[str]:
+def train(mappo: Mappo, envs: Sequence[RendezvousTorchEnv], chosen: MappoConfig) -> Iterator[str]:
     """Collect and learn; says after each update what was mapped, by scenario."""
     lengths = [env.worlds.scenario.n_steps for env in envs]
     n_rows = chosen.worlds * sum(n * env.worlds.n_robots for n, env in zip(lengths, envs, strict=True))
@@ -71,7 +71,7 @@ def train(mappo: Mappo, envs: Sequence[RendezvousTorchEnv], chosen: Settings) ->
         yield f"{update * n_rows} agent-steps: {' '.join(shares)}"
 
 
-def main(chosen: Settings) -> None:
+def main(chosen: MappoConfig) -> None:
     """Train, and write the network down after each update."""
     torch.manual_seed(chosen.seed)
     torch.set_num_threads(1)  # small networks
@@ -90,4 +90,4 @@ def main(chosen: Settings) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Settings))
+    main(tyro.cli(MappoConfig))

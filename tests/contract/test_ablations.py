@@ -34,6 +34,7 @@ def acted(spec: str, rows: np.ndarray) -> np.ndarray:
         ("profile", {f"slot{k}/profile" for k in range(FOUR.n_slots)}),
         ("camera", {"own/sighted", "own/sighted_bearing"}),
         ("calls", set()),
+        ("memory", set()),
         ("", set()),
     ],
 )
@@ -66,6 +67,26 @@ def test_without_calls_it_drives_the_same_and_never_calls() -> None:
     assert (silent[..., 2] == -1.0).all()
 
 
+def test_without_memory_the_past_has_no_effect() -> None:
+    """Two pasts, one present: the whole policy may do one thing or another, the one without does the same."""
+    where = {field.name: field.where for field in layout(FOUR)}
+    now, here, elsewhere = observed(), observed(), observed()
+    now[..., where["own/elapsed"]], now[..., where["own/recorded_spread"]] = 0.4, 3.0
+    for past in (here, elsewhere):
+        past[..., where["own/elapsed"]], past[..., where["own/recorded_spread"]] = 0.2, 0.0
+    elsewhere[..., where["own/position"]] += 0.5
+    pasts, done = (here, elsewhere), {}
+    for spec in ("ppo", "ppo:without=memory"):
+        for k, past in enumerate(pasts):
+            policy = make_policy(spec, FOUR)
+            policy.reset_rows(range(N_WORLDS))
+            for rows in (past, now):
+                actions = policy.act_rows(rows)
+            done[spec, k] = actions
+    assert (done["ppo", 0] != done["ppo", 1]).any()
+    np.testing.assert_array_equal(done["ppo:without=memory", 0], done["ppo:without=memory", 1])
+
+
 def test_several_are_taken_away_at_once() -> None:
     rows = observed()
     every = "+".join(ABLATIONS)
@@ -77,5 +98,7 @@ def test_several_are_taken_away_at_once() -> None:
 
 @pytest.mark.parametrize("name", ["lidar", "profile,camera", "profile+", "Profile"])
 def test_what_does_not_exist_is_refused_by_name(name: str) -> None:
-    with pytest.raises(UnknownNameError, match=r"ablation in without: .*known: calls, camera, profile"):
+    with pytest.raises(
+        UnknownNameError, match=r"ablation in without: .*known: calls, camera, memory, profile"
+    ):
         make_policy("ppo", FOUR, without=name)

@@ -9,6 +9,7 @@ import pytest
 
 from baselines.evaluate import main
 from baselines.policies import make_policy
+from baselines.policies.learned.interfaces import make_interface
 from baselines.policies.learned.network import Layer, Network, layout_of, load_network, perceptron, plain
 from baselines.policies.learned.policy import LearnedPolicy, shipped
 from baselines.policies.learned.ray_interface import N_DIRECTION, Rays
@@ -58,13 +59,15 @@ def test_a_quarter_turn_of_the_body_turns_the_choice() -> None:
     c, s = rows[:, field["own/sighted_bearing"]].T
     turned[:, field["own/sighted_bearing"]] = np.stack([s, -c], axis=1)
     # Statistics that know no direction: those of ray 0 for all.
-    n = len(network.mean) - N_DIRECTION * STAY
+    interface = make_interface(network.interface, scenario)
+    assert isinstance(interface, Rays)
+    n = interface.n_whole
     even: dict[str, Any] = {
         name: np.concatenate([getattr(network, name)[:n], np.repeat(getattr(network, name)[n::STAY], STAY)])
         for name in ("mean", "variance")
     }
-    network, rays = replace(network, **even), Rays(scenario)
-    before, after = network.scores(rays.shown(rows)), network.scores(rays.shown(turned))
+    network = replace(network, **even)
+    before, after = (network.scores(interface.shown(each)) for each in (rows, turned))
     np.testing.assert_allclose(after[:, :STAY], np.roll(before[:, :STAY], -4, axis=1), atol=1e-4)
     np.testing.assert_allclose(after[:, STAY:], before[:, STAY:], atol=1e-4)
 
@@ -131,7 +134,8 @@ def test_a_row_is_shown_alone_as_among_others(scenario: str, n_robots: int) -> N
 def test_a_file_is_what_was_saved(tmp_path: Path) -> None:
     network = shipped()
     network.save(tmp_path / "copy.npz")
-    shown = Rays(scenario_named("paper-sim-2")).shown(rows_of("paper-sim-2", 1, 3))
+    interface = make_interface(network.interface, scenario_named("paper-sim-2"))
+    shown = interface.shown(rows_of("paper-sim-2", 1, 3))
     np.testing.assert_array_equal(load_network(tmp_path / "copy.npz").scores(shown), network.scores(shown))
     assert [p.name for p in tmp_path.iterdir()] == ["copy.npz"]
     assert (tmp_path / "copy.npz").stat().st_size < 300_000
@@ -166,7 +170,7 @@ def test_a_network_of_another_layout_is_refused_by_block(tmp_path: Path) -> None
     with pytest.raises(ValueError, match="sample must be False for the interface 'flat'"):
         make_policy(f"ppo:path={path}:sample=True", scenario_named("paper-sim-2"))
     replace(shipped(), mean=np.zeros(3), variance=np.ones(3)).save(path)
-    with pytest.raises(ValueError, match=r"shape of ray/0/weight must be \(64, 19\), got \(64, 33\)"):
+    with pytest.raises(ValueError, match=r"shape of ray/0/weight must be \(64, 33\), got \(64, 60\)"):
         make_policy(f"ppo:path={path}", scenario_named("paper-sim-2"))
 
 
@@ -182,11 +186,11 @@ def played(policy: LearnedPolicy, scenario: Scenario, n_steps: int) -> np.ndarra
     return np.stack(actions)
 
 
-@pytest.mark.parametrize("name", ["rays", "flat"])
+@pytest.mark.parametrize("name", ["trail", "flat"])
 def test_blocks_that_it_does_not_read_change_nothing(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     """One in the middle, one in every slot, one last: the policy plays as before, to the bit."""
     scenario = scenario_named("paper-sim-2", size_m=6.0)
-    network = shipped() if name == "rays" else flat_network("paper-sim-2")
+    network = shipped() if name == "trail" else flat_network("paper-sim-2")
     before = played(LearnedPolicy.of(network, scenario), scenario, 12)
     nothing = [
         Block(block, 2, -1.0, 1.0, "1", "noise", of=lambda b, _: b.err[:, None] * [0.01, -0.01] % 1.0)

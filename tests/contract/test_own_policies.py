@@ -255,7 +255,7 @@ def run_folder(tmp_path: Path) -> Path:
     best, last = (tmp_path / "run" / "checkpoints" / f"step-00000000{k}" for k in (1, 2))
     for folder in (best, last):
         folder.mkdir(parents=True)
-    shutil.copyfile(str(files("baselines") / "trained" / "paper-sim-2.npz"), best / "policy.npz")
+    shutil.copyfile(str(files("baselines") / "trained" / "everywhere.npz"), best / "policy.npz")
     (last / "policy.npz").write_bytes(b"not whole")
     for which, folder in {"best": best, "last": last}.items():
         (best.parent / f"{which}.json").write_text(json.dumps({"checkpoint": folder.name}))
@@ -263,7 +263,7 @@ def run_folder(tmp_path: Path) -> Path:
 
 
 def test_a_run_stands_for_its_best_checkpoint(tmp_path: Path) -> None:
-    run, seen = run_folder(tmp_path), {"robot_0": np.zeros(368, np.float32)}
+    run, seen = run_folder(tmp_path), {f"robot_{k}": np.zeros(368, np.float32) for k in range(2)}
     expected = make_policy("ppo", SCENARIO).act(seen)["robot_0"]
     for path in (run, run / "checkpoints" / "step-000000001"):
         np.testing.assert_array_equal(

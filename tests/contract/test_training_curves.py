@@ -9,10 +9,10 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
-from benchmarks.training_curves import curves_of, lines_of, main, scores_at_the_end
 from train._config import SelectionConfig, TrainConfig
 from train._config_files import record_of
 from train._yaml import written
+from train.curves import curves_of, lines_of, main, scores_at_the_end
 
 PLAYED = ("paper-sim-2", "paper-hw-2")
 JUDGED = SelectionConfig(scenarios=PLAYED, trials=3, seed=70_000)

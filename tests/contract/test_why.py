@@ -108,7 +108,10 @@ def test_the_documentation_is_filled_and_sealed(done: Path, tmp_path: Path) -> N
         (["--policy", "team_plan"], "policy must be another than the rule"),
         (["--policy", "nobody"], "unknown policy 'nobody'; known: ppo, team_plan"),
         (["--reference", "nobody"], "unknown reference 'nobody'"),
-        (["--without", "lidar"], "unknown ablation in without: 'lidar'; known: calls, camera, profile"),
+        (
+            ["--without", "lidar"],
+            "unknown ablation in without: 'lidar'; known: calls, camera, memory, profile",
+        ),
         (["--without", "camera", "camera"], "policies and without must be all different"),
         (["--resume", "--overwrite"], "one of them at most"),
         (["--policies", "team_plan,nobody"], "unknown policy 'nobody'"),

@@ -26,6 +26,7 @@ EXCEPTED = {
         "envs/_rendezvous.py:RendezvousEnv": "PettingZoo and gymnasium ask for ten of them by name",
         "envs/_vector.py:RendezvousVectorEnv": "what adapters to frameworks ask for by name",
         "envs/render/scene.py:Scene": "what a picture shows, flat, so that it is a function of this alone",
+        "train/torchrl_env.py:RendezvousTorchEnv": "TorchRL asks for six of them by name",
         "wifipgo/graph/solvers/_linearised.py:Squares": "arrays of one length that are sliced together",
         "wifipgo/graph/solvers/_problem.py:Problem": "a problem for solvers of both kinds",
         "wifipgo/radio/recordings/recorded_link.py:Link": "what a recording says of a link: a column each",

@@ -26,10 +26,12 @@ class Ablation(NamedTuple):
     Attributes:
         blocks: Pattern of the blocks of the observation that hold it.
         silent: Whether no call goes out.
+        forgets: Whether nothing is remembered from one iteration to the next.
     """
 
     blocks: str = "(?!)"
     silent: bool = False
+    forgets: bool = False
 
 
 ABLATIONS: Mapping[str, Ablation] = MappingProxyType(
@@ -37,6 +39,7 @@ ABLATIONS: Mapping[str, Ablation] = MappingProxyType(
         "profile": Ablation(r"slot\d+/profile"),
         "camera": Ablation(r"own/sighted(_bearing)?"),
         "calls": Ablation(silent=True),
+        "memory": Ablation(forgets=True),
     }
 )
 
@@ -47,6 +50,9 @@ class Without:
     Args:
         names: Of `ABLATIONS`, several with a plus between them; empty: none.
         scenario: Whose observations these are.
+
+    Attributes:
+        forgets: Whether what an interface remembers is taken away.
 
     Raises:
         UnknownNameError: There is no such; lists those that exist.
@@ -62,6 +68,7 @@ class Without:
         ]
         self._hidden = np.concatenate([np.zeros(0, dtype=np.int64), *hidden])
         self._silent = any(part.silent for part in parts)
+        self.forgets = any(part.forgets for part in parts)
 
     def shown(self, rows: Float[np.ndarray, "rows numbers"]) -> Float[np.ndarray, "rows numbers"]:
         """Observations with zeros in what is hidden, as where nobody is heard or seen."""

@@ -17,7 +17,7 @@ from baselines.policies.policy import DrivesTeams
 from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
 
-SHIPPED = "paper-sim-2.npz"
+SHIPPED = "everywhere.npz"
 _EPISODE_KEY = 0x99
 
 
@@ -85,7 +85,8 @@ class LearnedPolicy(DrivesTeams):
 
     def _actions(self, view: View) -> Float[np.ndarray, "rows 3"]:
         rows = self._without.shown(view.rows)
-        self._memory = self._interface.remembered(rows, self._memory, view.begins)
+        before = None if self._without.forgets else self._memory
+        self._memory = self._interface.remembered(rows, before, view.begins)
         shown = self._interface.shown(rows, self._memory)
         # A product's rounding depends on how many rows it has: each team's is a product of its own.
         teams = shown.reshape(-1, view.n_robots, shown.shape[1])

@@ -33,6 +33,7 @@ from baselines.policies.learned.ray_interface import (
 )
 from baselines.policies.team_exploration import shares
 from envs.directions import ray_azimuths, safe_lengths
+from wifipgo.errors import require
 from wifipgo.scenarios import Scenario
 from wifipgo.world.coverage_belief import N_BINS
 from wifipgo.world.lidar import N_LIDAR_RAYS
@@ -87,7 +88,13 @@ class Trails(Rays):
         self.scale = (*self.scale, float(self._gap))
 
     def remembered(self, rows: Rows, memory: Trail | None, begins: Begins = None) -> Trail:
-        """The trail with where the robot is now; it begins anew where an episode does."""
+        """The trail with where the robot is now; it begins anew where an episode does.
+
+        Raises:
+            ValueError: Rows are not those of whole teams.
+        """
+        rule = f"of whole teams of {self._n_robots} robots, whose starts all of them know"
+        require(len(rows) % self._n_robots == 0, "observations", rule, f"{len(rows)} rows")
         elapsed = self._block(rows, "own/elapsed")[:, 0].astype(np.float64)
         clock = np.minimum(np.rint(elapsed * self._n_steps).astype(np.int64), self._n_times - 1)
         if memory is None or len(memory.clock) != len(rows):
@@ -100,7 +107,10 @@ class Trails(Rays):
         spread_m = np.where(begins[:, None], np.float32(np.inf), memory.spread_m)
         place[each, clock] = self._block(rows, "own/position")
         spread_m[each, clock] = self._block(rows, "own/recorded_spread")[:, 0]
-        share, mate = self._plan(rows) if begins.any() else (memory.share, memory.mate)
+        share, mate = memory.share, memory.mate
+        if begins.any():
+            plan = zip(self._plan(rows), (share, mate), strict=True)
+            share, mate = (np.where(begins[:, None], new, old) for new, old in plan)
         trail = Trail(place, spread_m, clock, memory.alone, share, mate)
         near, _ = self._old_places(trail, place[each, clock][:, None, None], np.zeros(1))
         return trail._replace(alone=np.where(begins | near[:, 0, 0], 0, memory.alone + 1))

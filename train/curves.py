@@ -1,6 +1,6 @@
 """How trainings learn: runs of several seeds and variants side by side, as a picture and a table.
 
-Run: ``wifipgo bench training_curves shipped=RUN+RUN+RUN "another=RUN" [--out FILE.png]``. A run is the
+Run: ``python -m train.curves shipped=RUN+RUN "another=RUN" [--out FILE.png]``. A run is the
 folder of ``wifipgo train``; those of one name, joined by ``+``, are seeds of one recipe. All must have been
 judged on the same worlds. The table is at the last agent-steps that all runs of a name reached.
 """
@@ -11,14 +11,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import pandas as pd
 import tyro
+from jaxtyping import Float
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks._training_curves_picture import drawn
 from train._config import TrainConfig
 from train._config_files import read_yaml
+from train._curves_picture import drawn
 from train._learning_curve import LEARNED
 from wifipgo.command.command_line import exit_code
 from wifipgo.errors import require
@@ -89,11 +91,12 @@ def scores_at_the_end(curves: pd.DataFrame) -> Mapping[str, pd.DataFrame]:
     return found
 
 
-def lines_of(scores: Mapping[str, pd.DataFrame], scenarios: Sequence[str]) -> list[list[str]]:
+def lines_of(by_recipe: Mapping[str, pd.DataFrame], scenarios: Sequence[str]) -> list[list[str]]:
     """Heads, then recipes: mean over seeds, and their range where there are several."""
     lines = [["recipe, agent-steps", "seeds", "all", *scenarios]]
-    for name, frame in scores.items():
-        columns = [frame.mean(axis=1), *(frame[scenario] for scenario in scenarios)]
+    for name, frame in by_recipe.items():
+        scores = frame[list(scenarios)].to_numpy(float)
+        columns = np.column_stack([scores.mean(axis=1), scores]).T
         lines.append([name, str(len(frame)), *map(_cell, columns)])
     return lines
 
@@ -114,7 +117,7 @@ def markdown_of(lines: Sequence[Sequence[str]]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in (lines[0], rule, *lines[1:]))
 
 
-def _cell(of_runs: "pd.Series[float]") -> str:
+def _cell(of_runs: Float[np.ndarray, " runs"]) -> str:
     mean = f"{100.0 * of_runs.mean():.1f}"
     if len(of_runs) == 1:
         return mean
