@@ -1,6 +1,7 @@
 """The data that ship: the same when written again, small, in the package, and good to start from."""
 
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -26,6 +27,16 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
 
 
+def unpacked(folder: Path) -> dict[str, bytes]:
+    """The same with archives taken apart, whose headers depend on the version of Python that wrote them."""
+    found = contents(folder)
+    for name in [name for name in found if name.endswith(".npz")]:
+        del found[name]
+        with ZipFile(folder / name) as archive:
+            found |= {f"{name}/{member}": archive.read(member) for member in archive.namelist()}
+    return found
+
+
 @pytest.fixture(scope="module")
 def team() -> Team:
     return team_graph()
@@ -33,7 +44,7 @@ def team() -> Team:
 
 def test_written_again_they_are_the_same_to_the_byte(tmp_path: Path) -> None:
     write_all(tmp_path)
-    shipped, again = contents(wifipgo.example_data()), contents(tmp_path)
+    shipped, again = unpacked(wifipgo.example_data()), unpacked(tmp_path)
     assert again.keys() == shipped.keys()
     assert [name for name in shipped if shipped[name] != again[name]] == []
 
