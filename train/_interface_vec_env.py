@@ -24,7 +24,6 @@ class Translated(VecEnvWrapper):
         interface: Translates.
         endless: Leave ends by the clock as they are reported, truncations, so that learners put the value
             of the last state there; else they are ends: nothing counts after them.
-
         critic: One of `train._config.CRITICS`: what a learner's value is read from beside what the robot is
             shown. With "team" there follow `N_TRUTH` numbers of the truth about robot and team, their means
             over the team, and the team's mean of the numbers of a robot as a whole.
