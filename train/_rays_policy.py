@@ -30,6 +30,26 @@ def perceptron(n_in: int, hidden: Sequence[int], n_out: int | None) -> nn.Sequen
     return nn.Sequential(*layers, *([nn.Linear(n_in, n_out)] if n_out else []))
 
 
+def split_of(shown: torch.Tensor, n_whole: int) -> tuple[torch.Tensor, torch.Tensor]:
+    """Numbers of the robot, and those of each direction, (..., rays, numbers)."""
+    directions = shown[..., n_whole:].reshape(*shown.shape[:-1], -1, N_LIDAR_RAYS)
+    return shown[..., :n_whole], directions.transpose(-1, -2)
+
+
+def pooled_of(whole: torch.Tensor, directions: torch.Tensor) -> torch.Tensor:
+    """Numbers of the robot, then mean and largest of each number of the directions."""
+    return torch.cat([whole, directions.mean(dim=-2), directions.amax(dim=-2)], dim=-1)
+
+
+def scores_of(
+    whole: torch.Tensor, directions: torch.Tensor, *, ray: nn.Module, rest: nn.Module
+) -> torch.Tensor:
+    """Scores of the directions, by one network for all, and of the stop, silence and the call."""
+    for_each = whole.unsqueeze(-2).expand(*directions.shape[:-1], whole.shape[-1])
+    rays = ray(torch.cat([directions, for_each], dim=-1)).squeeze(-1)
+    return torch.cat([rays, rest(pooled_of(whole, directions))], dim=-1)
+
+
 class RaysNets(nn.Module):
     """Scores of all choices, and what the value is read from."""
 
@@ -66,19 +86,16 @@ class RaysNets(nn.Module):
 
     def forward_actor(self, shown: torch.Tensor) -> torch.Tensor:
         """Scores of the directions, the stop, silence and the call."""
-        whole, directions = self._split(shown)
-        each = torch.cat([directions, whole[:, None].expand(-1, N_LIDAR_RAYS, -1)], dim=2)
-        return torch.cat([self.ray(each)[..., 0], self.whole(_pooled(whole, directions))], dim=1)
+        return scores_of(*self._split(shown), ray=self.ray, rest=self.whole)
 
     def forward_critic(self, shown: torch.Tensor) -> torch.Tensor:
         """What the value is read from."""
-        pooled = [_pooled(*self._split(shown)), shown[:, self._n_shown :]]
+        pooled = [pooled_of(*self._split(shown)), shown[:, self._n_shown :]]
         out: torch.Tensor = self.value(torch.cat(pooled, dim=1))
         return out
 
     def _split(self, shown: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        directions = shown[:, self._n_whole : self._n_shown].reshape(len(shown), -1, N_LIDAR_RAYS)
-        return shown[:, : self._n_whole], directions.transpose(1, 2)
+        return split_of(shown[:, : self._n_shown], self._n_whole)
 
 
 class RaysPolicy(ActorCriticPolicy):
@@ -110,7 +127,3 @@ def actor_parameters(policy: ActorCriticPolicy) -> list[nn.Parameter]:
     """Parameters that only the choice of actions depends on."""
     critic = ("mlp_extractor.value", "value_net")
     return [p for name, p in policy.named_parameters() if not name.startswith(critic)]
-
-
-def _pooled(whole: torch.Tensor, directions: torch.Tensor) -> torch.Tensor:
-    return torch.cat([whole, directions.mean(dim=1), directions.amax(dim=1)], dim=1)

@@ -14,7 +14,7 @@ from baselines.policies.learned.interfaces import DIRECTIONS, layout_read
 from baselines.policies.learned.network import Network, plain
 from envs.directions import N_MOTIONS
 from train._export import layers_of
-from train._rays_policy import perceptron
+from train._rays_policy import perceptron, pooled_of, scores_of, split_of
 from wifipgo.errors import pick
 from wifipgo.scenarios import Scenario
 from wifipgo.world.lidar import N_LIDAR_RAYS
@@ -78,9 +78,7 @@ class _OfRays(nn.Module):
 
     def _split(self, shown: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Normalised numbers of the robot, and those of each direction, (..., rays, numbers)."""
-        x = self.norm(shown)
-        directions = x[..., self.n_whole :].reshape(*x.shape[:-1], self.n_direction, N_LIDAR_RAYS)
-        return x[..., : self.n_whole], directions.transpose(-1, -2)
+        return split_of(self.norm(shown), self.n_whole)
 
 
 class RaysActor(_OfRays):
@@ -102,10 +100,7 @@ class RaysActor(_OfRays):
 
     def forward(self, shown: torch.Tensor) -> torch.Tensor:
         """Of a motion and a call the sum of their scores: both are drawn apart, (..., 34)."""
-        whole, directions = self._split(shown)
-        for_each = whole.unsqueeze(-2).expand(*directions.shape[:-1], self.n_whole)
-        rays = self.ray(torch.cat([directions, for_each], dim=-1)).squeeze(-1)
-        scores = torch.cat([rays, self.whole(_pooled(whole, directions))], dim=-1)
+        scores = scores_of(*self._split(shown), ray=self.ray, rest=self.whole)
         motions, calls = scores[..., :N_MOTIONS], scores[..., N_MOTIONS:]
         return (calls.unsqueeze(-1) + motions.unsqueeze(-2)).flatten(-2)
 
@@ -128,12 +123,12 @@ class TeamCritic(_OfRays):
 
     def team(self, shown: torch.Tensor) -> torch.Tensor:
         """Mean over the robots, for each of them, (..., robots, n_pooled); nothing in it is learned."""
-        seen = _pooled(*self._split(shown))
+        seen = pooled_of(*self._split(shown))
         return seen.mean(dim=-2, keepdim=True).expand_as(seen)
 
     def forward(self, shown: torch.Tensor, team: torch.Tensor) -> torch.Tensor:
         """Value, (..., 1)."""
-        out: torch.Tensor = self.value(torch.cat([_pooled(*self._split(shown)), team], dim=-1))
+        out: torch.Tensor = self.value(torch.cat([pooled_of(*self._split(shown)), team], dim=-1))
         return out
 
 
@@ -166,7 +161,3 @@ def _begun(net: nn.Sequential, last: float) -> nn.Sequential:
         nn.init.orthogonal_(layer.weight, last if layer is maps[-1] else 2.0**0.5)
         nn.init.zeros_(layer.bias)
     return net
-
-
-def _pooled(whole: torch.Tensor, directions: torch.Tensor) -> torch.Tensor:
-    return torch.cat([whole, directions.mean(dim=-2), directions.amax(dim=-2)], dim=-1)
