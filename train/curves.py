@@ -26,8 +26,6 @@ from wifipgo.command.command_line import exit_code
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import appearing, write_text
 
-_KEYS = ["policy", "trial", "seed"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CurvesConfig:

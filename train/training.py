@@ -223,9 +223,10 @@ def _check(config: TrainConfig, scenario: Scenario) -> None:
     """
     labels = [spec.label for spec in specs_of(config.selection.policies)]
     require(LEARNED not in labels, "selection.policies", f"named other than {LEARNED!r}", labels)
-    for spec in (*config.selection.policies, config.imitation.policy):
-        for played in selected_scenarios(config) if spec else ():
-            make_policy(spec, played)
+    played = selected_scenarios(config)
+    for spec in filter(None, (*config.selection.policies, config.imitation.policy)):
+        for each in played:
+            make_policy(spec, each)
     rows, n_steps = rows_of(config), config.ppo.n_steps
     rule = f"a divisor of {rows * n_steps}, what {rows} agents collect in ppo.n_steps={n_steps}"
     require(rows * n_steps % config.ppo.batch_size == 0, "ppo.batch_size", rule, config.ppo.batch_size)

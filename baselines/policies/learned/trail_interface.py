@@ -121,16 +121,16 @@ class Trails(Rays):
         rows = rows.astype(np.float64)
         whole, blocks = self._parts(rows)
         heading = self._block(rows, "own/heading")
-        world_rad = np.arctan2(heading[:, 1], heading[:, 0])[:, None] + ray_azimuths()
+        rays = _units(np.arctan2(heading[:, 1], heading[:, 0])[:, None] + ray_azimuths())
         position = self._block(rows, "own/position")
         unseen = self._block(rows, "survey") <= 0.0
         own, away2 = trail.share, squares_away2(position)
         goals = [_nearest(position, away2, wanted) for wanted in (unseen & own, unseen)] + [trail.mate]
         to_goals = [self._steps_per_room * (goal - position) for goal in goals]
         whole += [self._team_and_time(rows, trail, unseen, own), *(_length(gap) for gap in to_goals)]
-        blocks += self._closures(rows, trail, world_rad, position)
-        blocks += self._own_new(unseen & own, world_rad, position)
-        blocks += [_towards(gap, world_rad) for gap in to_goals]
+        blocks += self._closures(rows, trail, rays, position)
+        blocks += self._own_new(unseen & own, rays, position)
+        blocks += [_towards(gap, rays) for gap in to_goals]
         return np.concatenate([*whole, *blocks], axis=1, dtype=np.float32, casting="same_kind")
 
     def _plan(self, rows: Rows) -> tuple[Bool[np.ndarray, "rows squares"], Float[np.ndarray, "rows 2"]]:
@@ -182,28 +182,26 @@ class Trails(Rays):
         known_m = trail.spread_m[np.arange(len(there))[:, None, None], nearest]
         return apart2 <= (_REACH * self._seen_steps / self._steps_per_room) ** 2, known_m.astype(np.float64)
 
-    def _closures(
-        self, rows: Rows, trail: Trail, world_rad: np.ndarray, position: np.ndarray
-    ) -> list[np.ndarray]:
+    def _closures(self, rows: Rows, trail: Trail, rays: np.ndarray, position: np.ndarray) -> list[np.ndarray]:
         """Whether steps along each direction end in reach of an old place, and what that would bring."""
         steps = np.array(_AHEAD_STEPS)
         lengths = np.tile(steps[None, :, None], (len(rows), 1, N_LIDAR_RAYS))
         lengths[:, 0] = safe_lengths(self._free_steps(rows))
-        ahead = lengths[..., None] * _units(world_rad)[:, None] / self._steps_per_room
+        ahead = lengths[..., None] * rays[:, None] / self._steps_per_room
         closes, known_m = self._old_places(trail, position[:, None, None] + ahead, steps)
         now = np.log1p(4.0 * self._block(rows, "own/recorded_spread"))[:, None]
         gain = np.where(closes, np.maximum(now - np.log1p(4.0 * np.where(closes, known_m, 0.0)), 0.0), 0.0)
         return [*closes.astype(np.float64).transpose(1, 0, 2), *gain.transpose(1, 0, 2)]
 
     def _own_new(
-        self, new: Bool[np.ndarray, "rows squares"], world_rad: np.ndarray, position: np.ndarray
+        self, new: Bool[np.ndarray, "rows squares"], rays: np.ndarray, position: np.ndarray
     ) -> list[np.ndarray]:
         """How much that nobody has seen of the own share is around points along each direction."""
         gain = around(
             new.reshape(-1, N_BINS, N_BINS).astype(np.float64),
             self._seen_steps / self._steps_per_room * N_BINS,
         )
-        ahead = np.array(_SHARE_STEPS)[:, None, None] / self._steps_per_room * _units(world_rad)[:, None]
+        ahead = np.array(_SHARE_STEPS)[:, None, None] / self._steps_per_room * rays[:, None]
         points = N_BINS * (position[:, None, None] + ahead)
         return list(sampled(gain, points[..., 0], points[..., 1], N_BINS).transpose(1, 0, 2))
 
@@ -229,7 +227,7 @@ def _length(gap_steps: Float[np.ndarray, "rows 2"]) -> Float[np.ndarray, "rows 1
     return np.hypot(gap_steps[:, :1], gap_steps[:, 1:]) / 5.0
 
 
-def _towards(gap_steps: Float[np.ndarray, "rows 2"], world_rad: np.ndarray) -> np.ndarray:
+def _towards(gap_steps: Float[np.ndarray, "rows 2"], rays: np.ndarray) -> np.ndarray:
     """Cosine of each direction with that of a goal; less for one that is nearer than a step."""
     away = np.maximum(np.hypot(*gap_steps.T), 1.0)[:, None]
-    return (gap_steps[:, :1] * np.cos(world_rad) + gap_steps[:, 1:] * np.sin(world_rad)) / away
+    return (gap_steps[:, :1] * rays[..., 0] + gap_steps[:, 1:] * rays[..., 1]) / away
