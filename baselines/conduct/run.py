@@ -9,10 +9,9 @@ from baselines.conduct.config import SUITE, WhyConfig
 from baselines.conduct.findings import Findings, curves_of
 from baselines.conduct.page import PAGE, documented, section, title
 from baselines.conduct.pieces import Watched, conduct_in, watched
-from baselines.evaluation.jobs import FAILURES, missing, raise_if_failed
+from baselines.evaluation.jobs import FAILURES
 from baselines.evaluation.plan import versions
-from baselines.evaluation.progress import run_shown
-from baselines.suite.chunks import check_policies
+from baselines.suite.chunks import check_policies, play_missing
 from wifipgo.command.terminal import say
 from wifipgo.files import results_folder
 from wifipgo.files.atomic_files import appearing, write_json, write_text
@@ -70,10 +69,7 @@ def _play(config: WhyConfig, out: Path, console: Console) -> Findings:
     """
     cells = _cells(config, out / PLAYED)
     pieces = [piece for each in cells.values() for piece in each]
-    todo = missing(pieces)
-    n_episodes = sum(len(piece.trials) for piece in todo)
-    say(console, f"{SUITE}: {n_episodes} episodes to play; jobs: {config.where.slots(len(todo))}")
-    raise_if_failed(run_shown("batches", todo, executor=config.where, console=console), out)
+    play_missing(pieces, title=SUITE, where=config.where, out=out, console=console)
     return Findings(
         suite=config.suite,
         policy=config.subject.label,

@@ -6,14 +6,20 @@ from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
 
+from rich.console import Console
+
 from baselines.evaluation.batches import worlds_at_once
 from baselines.evaluation.drivers import try_policy
 from baselines.evaluation.episodes import Episode, run_episodes
+from baselines.evaluation.executors import Executor
+from baselines.evaluation.jobs import missing, raise_if_failed
+from baselines.evaluation.progress import run_shown
 from baselines.policies import make_policy
 from baselines.policies.registry import source_digest
 from baselines.policies.specs import Spec
 from baselines.suite.definition import Part, Suite
 from baselines.suite.results import rounded
+from wifipgo.command.terminal import say
 from wifipgo.errors import BadInputError
 from wifipgo.files.atomic_files import read_sealed, write_sealed
 from wifipgo.scenarios import Scenario
@@ -85,6 +91,27 @@ def pieces_of(
         for piece in pieces
         for path in [folder / f"{column}-{whose}-{piece.start:05d}-{len(piece)}{suffix}"]
     ]
+
+
+def play_missing(
+    pieces: Sequence[Piece], *, title: str, where: Executor, out: Path, console: Console
+) -> None:
+    """Play what is not there yet.
+
+    Args:
+        pieces: All that belong to it.
+        title: What is played.
+        where: Where episodes run.
+        out: Folder in which failures are written down.
+        console: Where it is said how much there is to do.
+
+    Raises:
+        EpisodesFailedError: Some raised; their traces are in ``failures.txt``.
+    """
+    todo = missing(pieces)
+    n_episodes = sum(len(piece.trials) for piece in todo)
+    say(console, f"{title}: {n_episodes} episodes to play; jobs: {where.slots(len(todo))}")
+    raise_if_failed(run_shown("batches", todo, executor=where, console=console), out)
 
 
 def check_policies(suite: Suite, names: Sequence[str], specs: Sequence[Spec]) -> None:

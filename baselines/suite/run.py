@@ -4,17 +4,15 @@ from pathlib import Path
 
 from rich.console import Console
 
-from baselines.evaluation.jobs import FAILURES, missing, raise_if_failed
+from baselines.evaluation.jobs import FAILURES
 from baselines.evaluation.plan import differences, refuse_differing, versions
-from baselines.evaluation.progress import run_shown
 from baselines.policies.registry import source_digest
-from baselines.suite.chunks import Chunk, check_policies, chunks_of
+from baselines.suite.chunks import Chunk, check_policies, chunks_of, play_missing
 from baselines.suite.config import SuiteConfig
 from baselines.suite.definition import anchors_of, digest_of
 from baselines.suite.report import KIND, publish, report
 from baselines.suite.results import FILE, Entry, Results, read_results
 from baselines.suite.standings import LEAST_WORLDS, reference_of
-from wifipgo.command.terminal import say
 from wifipgo.errors import require
 from wifipgo.files import results_folder
 from wifipgo.files.atomic_files import write_json
@@ -43,8 +41,9 @@ def play_suite(config: SuiteConfig, *, console: Console | None = None) -> Result
         before = _before(config, out) if config.resume else None
         partial = _claim(config, out, replace=config.overwrite or before is not None)
         cells = _cells(config, partial, before)
-        results_folder.note(partial, [chunk.path.name for each in cells.values() for chunk in each])
-        _run_missing([chunk for each in cells.values() for chunk in each], config, partial, console)
+        chunks = [chunk for each in cells.values() for chunk in each]
+        results_folder.note(partial, [chunk.path.name for chunk in chunks])
+        play_missing(chunks, title=config.suite, where=config.where, out=partial, console=console)
         results = _results(config, cells, before)
         standings = publish(results, reference, partial, out)
     report(standings, results, reference, config.out, console)
@@ -124,18 +123,6 @@ def _kept(before: Results | None, label: str, name: str) -> tuple[float, ...]:
     if before is None or label not in before.entries:
         return ()
     return before.entries[label].scores.get(name, ())
-
-
-def _run_missing(chunks: list[Chunk], config: SuiteConfig, partial: Path, console: Console) -> None:
-    """Play what is not there yet.
-
-    Raises:
-        EpisodesFailedError: Some raised; their traces are in ``failures.txt``.
-    """
-    todo = missing(chunks)
-    worlds = sum(len(chunk.trials) for chunk in todo)
-    say(console, f"{config.suite}: {worlds} episodes to play; jobs: {config.where.slots(len(todo))}")
-    raise_if_failed(run_shown("batches", todo, executor=config.where, console=console), partial)
 
 
 def _results(config: SuiteConfig, cells: Cells, before: Results | None) -> Results:

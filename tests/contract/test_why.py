@@ -15,6 +15,7 @@ from baselines.conduct.page import BEGIN, END, is_as_made
 from baselines.conduct.run import CURVES, NUMBERS, TABLES, explain
 from baselines.evaluate import run_episodes
 from baselines.evaluation.progress import run_shown
+from baselines.suite import chunks
 from baselines.suite.definition import CLOSE_UP, ROOTS, Part, Suite
 from benchmarks.why import main
 from wifipgo.scenarios import SCENARIOS
@@ -76,7 +77,7 @@ def test_a_run_goes_on_without_playing_twice(done: Path, monkeypatch: pytest.Mon
         played.extend(item.name for item in items)  # type: ignore[attr-defined]
         return run_shown(label, items, **options)  # type: ignore[arg-type,return-value]
 
-    monkeypatch.setattr(run, "run_shown", seen)
+    monkeypatch.setattr(chunks, "run_shown", seen)
     explain(settings(done, resume=True))
     assert not played
     assert (done / TABLES).read_text() == before
