@@ -1,4 +1,4 @@
-"""TorchRL: MAPPO from nothing on any mix of scenarios and teams; ``ppo:path=FOLDER`` plays what it learns.
+"""TorchRL: MAPPO on any mix of scenarios, from nothing or from a script; ``ppo:path=FOLDER`` plays it.
 
 Needs ``torchrl``. Run: python examples/12_mappo_with_torchrl.py
 """
@@ -17,6 +17,7 @@ from tensordict import TensorDict
 from baselines.policies.learned.training_scenarios import scenario_varied
 from train.rays_networks import network_of
 from train.torchrl_env import RendezvousTorchEnv
+from train.torchrl_lessons import imitate
 from train.torchrl_mappo import Mappo
 
 # The score is taken at the end of an episode: nothing counts after it.
@@ -30,6 +31,7 @@ class MappoConfig:
 
     scenarios: tuple[str, ...] = ("paper-sim-2",)
     interface: str = "rays"
+    imitate: str = ""  # a scripted policy to begin with
     agent_steps: int = 200_000
     worlds: int = 16
     batch_size: int = 400
@@ -37,11 +39,14 @@ class MappoConfig:
     lr: float = 7e-4
     gamma: float = 0.997
     entropy: float = 0.005
+    critic_only: int = 0  # updates before the actor learns too
     seed: int = 0
     out: Path = Path("results/mappo")
 
 
-def learn(mappo: Mappo, rows: TensorDict, optimiser: torch.optim.Optimizer, chosen: MappoConfig) -> None:
+def learn(
+    mappo: Mappo, rows: TensorDict, optimiser: torch.optim.Optimizer, chosen: MappoConfig, *, acts: bool
+) -> None:
     """PPO's epochs; they end where the policy has moved far enough."""
     for _ in range(chosen.epochs):
         for some in torch.split(torch.randperm(len(rows)), chosen.batch_size):
@@ -49,7 +54,8 @@ def learn(mappo: Mappo, rows: TensorDict, optimiser: torch.optim.Optimizer, chos
             if losses["mean_ratio"] - 1.0 + losses["kl_approx"] > 0.045:  # of little variance: Schulman 2020
                 return
             optimiser.zero_grad()
-            (losses["loss_objective"] + losses["loss_critic"] + losses["loss_entropy"]).backward()
+            of_actor = losses["loss_objective"] + losses["loss_entropy"] if acts else 0.0
+            (losses["loss_critic"] + of_actor).backward()
             torch.nn.utils.clip_grad_norm_(mappo.loss.parameters(), 0.5)
             optimiser.step()
 
@@ -65,7 +71,7 @@ def train(mappo: Mappo, envs: Sequence[RendezvousTorchEnv], chosen: MappoConfig)
     for update in track(range(1, n_updates + 1), f"{n_updates} updates"):
         with torch.no_grad():
             episodes = [env.rollout(n, **how) for n, env in zip(lengths, envs, strict=True)]
-        learn(mappo, mappo.rows(episodes), optimiser, chosen)
+        learn(mappo, mappo.rows(episodes), optimiser, chosen, acts=update > chosen.critic_only)
         slower.step()
         shares = [f"{episode[SHARE][:, -1].mean():.3f}" for episode in episodes]
         yield f"{update * n_rows} agent-steps: {' '.join(shares)}"
@@ -83,6 +89,8 @@ def main(chosen: MappoConfig) -> None:
     mappo = Mappo(chosen.interface, gamma=chosen.gamma, entropy_coeff=chosen.entropy)
     others = {"envs": {"others": chosen.scenarios[1:]}}
     origin = {"command": "examples/12_mappo_with_torchrl.py", "seed": chosen.seed, "settings": others}
+    if chosen.imitate:
+        print(f"{imitate(mappo, envs, chosen.imitate)} agent-steps of lessons by {chosen.imitate}")
     for said in train(mappo, envs, chosen):
         network_of(mappo.actor, played[0], origin).save(chosen.out / "policy.npz")
         print(said)

@@ -5,15 +5,14 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from jaxtyping import Float, Int
+from jaxtyping import Int
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from baselines.policies.learned.interfaces import Interface
 from train._config import CRITICS
+from train._truths import N_TRUTH, TRUTHS, truth_of
 from wifipgo.errors import pick
-
-N_TRUTH = 5
 
 
 class Translated(VecEnvWrapper):
@@ -25,8 +24,8 @@ class Translated(VecEnvWrapper):
         endless: Leave ends by the clock as they are reported, truncations, so that learners put the value
             of the last state there; else they are ends: nothing counts after them.
         critic: One of `train._config.CRITICS`: what a learner's value is read from beside what the robot is
-            shown. With "team" there follow `N_TRUTH` numbers of the truth about robot and team, their means
-            over the team, and the team's mean of the numbers of a robot as a whole.
+            shown. With "team" there follow `train._truths.N_TRUTH` numbers of the truth about robot and team,
+            their means over the team, and the team's mean of the numbers of a robot as a whole.
         n_robots: Of each team.
 
     Attributes:
@@ -68,7 +67,7 @@ class Translated(VecEnvWrapper):
         """What the step gave, as the network is shown it."""
         rows, rewards, dones, infos = self.venv.step_wait()
         self.rows = np.asarray(rows)
-        truth = _truth_of(infos) if self._critic else None
+        truth = truth_of(_columns(infos)) if self._critic else None
         if dones.any():
             ended = np.flatnonzero(dones)
             self._translate_ends(infos, ended, truth if truth is None else truth[ended])
@@ -105,9 +104,6 @@ def n_for_critic(interface: Interface, critic: str) -> int:
     return 2 * N_TRUTH + n_whole if pick(CRITICS, critic, "critic") else 0
 
 
-def _truth_of(infos: Sequence[dict[str, Any]]) -> Float[np.ndarray, "rows truths"]:
-    """Mapped share, what was seen, what of it is not mapped, and errors of the trajectory, row by row."""
-    names = ("mapped_share_truth", "coverage_truth", "ate_trans_truth", "ate_rot_truth")
-    found = np.array([[info[name] for name in names] for info in infos], dtype=np.float32)
-    mapped, seen, trans, rot = found.T
-    return np.stack([mapped, seen, seen - mapped, np.log1p(trans), np.log1p(10.0 * rot)], axis=1)
+def _columns(infos: Sequence[dict[str, Any]]) -> dict[str, list[float]]:
+    """What is told of the truth, row by row."""
+    return {name: [info[name] for info in infos] for name in TRUTHS}

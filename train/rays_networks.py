@@ -112,19 +112,28 @@ class TeamCritic(_OfRays):
         interface: By which robots are shown what they see.
         norm: Of what is shown; without one, a new one.
         hidden: Units of the hidden layers.
+        n_truth: Numbers that are true of a robot and that it is not shown.
     """
 
     def __init__(
-        self, interface: str = "rays", norm: RunningNorm | None = None, hidden: Sequence[int] = (64, 64)
+        self,
+        interface: str = "rays",
+        norm: RunningNorm | None = None,
+        hidden: Sequence[int] = (64, 64),
+        *,
+        n_truth: int = 0,
     ) -> None:
         """Make the network."""
         super().__init__(interface, norm)
-        self.value = _begun(perceptron(2 * self.n_pooled, hidden, 1), 1.0)
+        self.value = _begun(perceptron(2 * (self.n_pooled + n_truth), hidden, 1), 1.0)
 
-    def team(self, shown: torch.Tensor) -> torch.Tensor:
-        """Mean over the robots, for each of them, (..., robots, n_pooled); nothing in it is learned."""
-        seen = pooled_of(*self._split(shown))
-        return seen.mean(dim=-2, keepdim=True).expand_as(seen)
+    def team(self, shown: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
+        """What is true of a robot, and the mean over the robots: (..., robots, n_pooled + 2 n_truth).
+
+        Nothing in it is learned.
+        """
+        seen = torch.cat([truth, pooled_of(*self._split(shown))], dim=-1)
+        return torch.cat([truth, seen.mean(dim=-2, keepdim=True).expand_as(seen)], dim=-1)
 
     def forward(self, shown: torch.Tensor, team: torch.Tensor) -> torch.Tensor:
         """Value, (..., 1)."""

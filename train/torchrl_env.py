@@ -39,9 +39,16 @@ class RendezvousTorchEnv(EnvBase):
         device: Where tensors are wanted; worlds are stepped by the processor.
         arguments: Others of `envs.rendezvous_v0.vector_env`; observations are always flat.
 
+    Attributes:
+        worlds: Stepped as one.
+        interface: By which networks are shown what robots see, None without one.
+        seen: What robots observe now, (worlds, robots, numbers), whatever is shown of it.
+
     Raises:
         ValueError: As `vector_env`, and for ``observation`` other than "flat".
     """
+
+    seen: np.ndarray
 
     def __init__(
         self,
@@ -58,7 +65,7 @@ class RendezvousTorchEnv(EnvBase):
         worlds = flat_vector_env(scenario, num_envs, whom="tensors", **arguments)
         super().__init__(device=device, batch_size=torch.Size([num_envs]))
         self.worlds, self.return_state = worlds, return_state
-        self._interface = None if interface is None else make_interface(interface, worlds.scenario)
+        self.interface = None if interface is None else make_interface(interface, worlds.scenario)
         self.group_map = {GROUP: list(worlds.possible_agents)}
         self._next_seed = seed
         self._before: Any = None
@@ -129,7 +136,7 @@ class RendezvousTorchEnv(EnvBase):
         self, seen: np.ndarray, infos: dict[str, np.ndarray], terminated: np.ndarray, truncated: np.ndarray
     ) -> TensorDict:
         """What is observed and said, as tensors."""
-        n = (self.worlds.n_worlds, self.worlds.n_robots)
+        n, self.seen = (self.worlds.n_worlds, self.worlds.n_robots), seen
         info = {name: self._tensor(column) for name, column in infos.items() if name != _MASK}
         group = {
             "observation": self._tensor(self._shown(seen)),
@@ -149,17 +156,17 @@ class RendezvousTorchEnv(EnvBase):
 
         Worlds that go on while others begin anew are shown again: nobody remembers the same step twice.
         """
-        if self._interface is None:
+        if self.interface is None:
             return seen
         rows = seen.reshape(-1, seen.shape[-1])
-        self._memory = self._interface.remembered(rows, self._before)
-        return self._interface.shown(rows, self._memory).reshape(*seen.shape[:-1], -1)
+        self._memory = self.interface.remembered(rows, self._before)
+        return self.interface.shown(rows, self._memory).reshape(*seen.shape[:-1], -1)
 
     def _shown_spec(self, n_robots: int) -> Bounded | Unbounded:
         """Bounds of what is shown; an interface tells none."""
-        if self._interface is None:
+        if self.interface is None:
             return _box(self.worlds.single_observation_space, n_robots)
-        return Unbounded(shape=(n_robots, self._interface.n_shown))
+        return Unbounded(shape=(n_robots, self.interface.n_shown))
 
     def _tensor(self, x: np.ndarray) -> torch.Tensor:
         return tensor_of(x, self.device)

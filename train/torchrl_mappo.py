@@ -12,18 +12,24 @@ from torchrl.modules import ProbabilisticActor
 from torchrl.objectives import ClipPPOLoss
 from torchrl.objectives.value import GAE
 
+from train._tensors import tensor_of
+from train._truths import N_TRUTH, TRUTHS, truth_of
 from train.rays_networks import RaysActor, RunningNorm, TeamCritic
 from train.torchrl_env import GROUP
 
-_SHOWN, _CHOICE, _LOGITS = (GROUP, "observation"), (GROUP, "action"), (GROUP, "logits")
-_LOG_PROB, _TEAM, _VALUE = (GROUP, "action_log_prob"), (GROUP, "team"), (GROUP, "state_value")
-_REWARD, _DONE = (GROUP, "reward"), (GROUP, "done")
+__all__ = ["CHOICE", "RETURN", "RIGHT", "SHOWN", "TEAM", "Mappo"]
+
+# Entries of rows and rollouts; `RIGHT` is what a script would choose, `RETURN` what came of it all.
+SHOWN, CHOICE, TEAM = (GROUP, "observation"), (GROUP, "action"), (GROUP, "team")
+RIGHT, RETURN = (GROUP, "right"), (GROUP, "return")
+_TRUTH, _LOGITS, _LOG_PROB = (GROUP, "truth"), (GROUP, "logits"), (GROUP, "action_log_prob")
+_VALUE, _REWARD, _DONE = (GROUP, "state_value"), (GROUP, "reward"), (GROUP, "done")
 _ADVANTAGE, _TARGET = (GROUP, "advantage"), (GROUP, "value_target")
-_LEARNED_FROM = (_SHOWN, _CHOICE, _LOG_PROB, _TEAM, _ADVANTAGE, _TARGET)
+_LEARNED_FROM = (SHOWN, CHOICE, _LOG_PROB, TEAM, _ADVANTAGE, _TARGET, RETURN, RIGHT)
 
 
 class Mappo:
-    """One actor that all robots share, and a critic that sees the team (Yu et al. 2022).
+    """One actor that all robots share, and a critic that sees the team and what is true (Yu et al. 2022).
 
     Args:
         interface: By which robots are shown what they see: "rays" or "trail".
@@ -35,6 +41,7 @@ class Mappo:
 
     Attributes:
         actor: What `train.rays_networks.network_of` exports.
+        critic: Value of what a row shows and `TEAM`.
         policy: Draws choices, for ``env.rollout``.
         loss: TorchRL's `ClipPPOLoss` of rows; its parameters are those to optimise.
     """
@@ -51,10 +58,10 @@ class Mappo:
     ) -> None:
         """Make the networks."""
         self.actor = RaysActor(interface, hidden=hidden)
-        critic = TeamCritic(interface, self.actor.norm, hidden)
+        self.critic = TeamCritic(interface, self.actor.norm, hidden, n_truth=N_TRUTH)
         self.policy = _policy_of(self.actor)
-        self._team = TensorDictModule(critic.team, in_keys=[_SHOWN], out_keys=[_TEAM])
-        value = TensorDictModule(critic, in_keys=[_SHOWN, _TEAM], out_keys=[_VALUE])
+        self._team = TensorDictModule(self.critic.team, in_keys=[SHOWN, _TRUTH], out_keys=[TEAM])
+        value = TensorDictModule(self.critic, in_keys=[SHOWN, TEAM], out_keys=[_VALUE])
         self._gamma, self._returns = gamma, RunningNorm(1)
         self._gae = GAE(gamma=gamma, lmbda=lmbda, value_network=TensorDictSequential(self._team, value))
         self.loss = ClipPPOLoss(
@@ -68,7 +75,7 @@ class Mappo:
         )
         keys = {"value": _VALUE, "advantage": _ADVANTAGE, "value_target": _TARGET}
         self._gae.set_keys(**keys, reward=_REWARD, done=_DONE, terminated=(GROUP, "terminated"))
-        self.loss.set_keys(**keys, action=_CHOICE, sample_log_prob=_LOG_PROB)
+        self.loss.set_keys(**keys, action=CHOICE, sample_log_prob=_LOG_PROB)
 
     @torch.no_grad()
     def rows(self, rollouts: Sequence[TensorDictBase]) -> TensorDict:
@@ -85,15 +92,22 @@ class Mappo:
             told = rollout["next"]
             for flag in ("done", "terminated"):  # the end of a world is one of each of its robots
                 told[GROUP, flag] = told[flag].unsqueeze(-1).expand_as(told[_REWARD])
-            self.actor.norm.update(rollout[_SHOWN])
-            self._returns.update(_returns(told[_REWARD], told[_DONE], self._gamma))
+            self.actor.norm.update(rollout[SHOWN])
+            rollout[RETURN] = _returns(told[_REWARD], told[_DONE], self._gamma)
+            self._returns.update(rollout[RETURN])
         return torch.cat([self._with_advantages(rollout) for rollout in rollouts])
 
     def _with_advantages(self, rollout: TensorDictBase) -> TensorDict:
         """Rows of one rollout."""
-        rollout[_LOG_PROB] = self.policy.get_dist(rollout).log_prob(rollout[_CHOICE])
-        rollout["next", _REWARD] = rollout["next", _REWARD] / (self._returns.variance + 1e-8).sqrt()
-        robots = self._gae(self._team(rollout)).select(*_LEARNED_FROM)[GROUP].flatten(0, 2)
+        rollout[_LOG_PROB] = self.policy.get_dist(rollout).log_prob(rollout[CHOICE])
+        deviation = (self._returns.variance + 1e-8).sqrt()
+        rollout[RETURN], rollout["next", _REWARD] = (
+            worth / deviation for worth in (rollout[RETURN], rollout["next", _REWARD])
+        )
+        for told in (rollout, rollout["next"]):
+            info = told[GROUP, "info"]
+            told[_TRUTH] = tensor_of(truth_of({name: info[name].numpy() for name in TRUTHS}))
+        robots = self._gae(self._team(rollout)).select(*_LEARNED_FROM, strict=False)[GROUP].flatten(0, 2)
         return TensorDict({GROUP: robots}, batch_size=robots.batch_size)
 
 
@@ -108,9 +122,9 @@ def _returns(reward: torch.Tensor, done: torch.Tensor, gamma: float) -> torch.Te
 def _policy_of(actor: RaysActor) -> ProbabilisticActor:
     """Draws one of the choices, and tells its log probability."""
     return ProbabilisticActor(
-        TensorDictModule(actor, in_keys=[_SHOWN], out_keys=[_LOGITS]),
+        TensorDictModule(actor, in_keys=[SHOWN], out_keys=[_LOGITS]),
         in_keys={"logits": _LOGITS},
-        out_keys=[_CHOICE],
+        out_keys=[CHOICE],
         distribution_class=torch.distributions.Categorical,
         distribution_kwargs={"validate_args": False},  # logits of our own: a tenth of the time
         default_interaction_type=InteractionType.RANDOM,

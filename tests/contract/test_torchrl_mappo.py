@@ -10,8 +10,10 @@ pytest.importorskip("torchrl", reason="not among the dependencies; see docs/fram
 import torch
 from torchrl.envs.utils import check_env_specs
 
+from baselines.policies import make_policy
 from baselines.policies.learned.interfaces import DIRECTIONS, make_interface
 from train.torchrl_env import RendezvousTorchEnv
+from train.torchrl_lessons import Lesson, imitate
 from train.torchrl_mappo import Mappo
 
 SMALL: dict[str, Any] = {"scenario": "paper-sim-2", "num_envs": 3, "size_m": 4.0, "n_steps": 5}
@@ -70,6 +72,8 @@ def test_advantages_are_those_of_a_sum_by_hand(terminate_at_end: bool) -> None:
         advantage = by_hand[:, t] = error + 0.9 * 0.8 * goes_on * advantage
     torch.testing.assert_close(rows["advantage"].reshape(3, 8, 2, 1), by_hand, atol=1e-5, rtol=1e-4)
     torch.testing.assert_close(rows["value_target"].reshape(3, 8, 2, 1), by_hand + now, atol=1e-5, rtol=1e-4)
+    returns = follows.transpose(0, 1) / follows.std(correction=0)
+    torch.testing.assert_close(rows["return"].reshape(3, 8, 2, 1), returns, atol=1e-5, rtol=1e-4)
     assert rollout["next", "done"].sum() == 3
 
 
@@ -93,3 +97,56 @@ def test_an_update_is_held_to_the_policy_that_it_begins_with() -> None:
     with torch.no_grad():
         drawn = {policy(rollouts[0].clone())["robots", "action"].sum().item() for _ in range(5)}
     assert len(drawn) > 1  # drawn, not the best each time
+
+
+def test_critic_reads_what_is_true_of_robot_and_team() -> None:
+    env, mappo = choosing(n_robots=3), Mappo(hidden=(8,))
+    with torch.no_grad():
+        rollout = env.rollout(4, mappo.policy)
+    info = rollout["robots", "info"]
+    team = mappo.rows([rollout])["robots", "team"].reshape(3, 4, 3, -1)
+    mapped = info["mapped_share_truth"]
+    torch.testing.assert_close(team[..., 0], mapped)
+    torch.testing.assert_close(team[..., 5], mapped.mean(dim=-1, keepdim=True).expand_as(mapped))
+    assert team[..., 3].std() > 0.0  # errors of the trajectory differ
+
+
+def test_lessons_are_what_the_script_would_do_where_the_network_got() -> None:
+    """Robots play on past an end; told by playing the script alone, on the same worlds, step by step."""
+    torch.manual_seed(1)
+    env, mappo = choosing(interface="trail"), Mappo("trail", hidden=(8,))
+    driven = Lesson("team_plan", env, mappo)
+    with torch.no_grad():
+        alone = env.rollout(8, driven, break_when_any_done=False)
+        driven.share = 0.0
+        drifted = env.rollout(8, driven, break_when_any_done=False)
+    assert alone["next", "done"].any()
+    torch.testing.assert_close(alone["robots", "action"], alone["robots", "right"])
+    assert (drifted["robots", "action"] != drifted["robots", "right"]).float().mean() > 0.3
+    translation, script = (
+        make_interface("trail", env.worlds.scenario),
+        make_policy("team_plan", env.worlds.scenario),
+    )
+    again = choosing(interface=None)
+    actions = iter(alone["robots", "action"].unbind(dim=1))
+    seen = again.rollout(8, lambda td: td.set(("robots", "action"), next(actions)), break_when_any_done=False)
+    script.reset_rows([0, 1, 2])
+    for t in range(5):  # to the end of the first episode
+        rows = seen["robots", "observation"][:, t].numpy()
+        motion, call = translation.answers(script.act_rows(rows).reshape(-1, 3)).T
+        np.testing.assert_array_equal(alone["robots", "right"][:, t].ravel(), motion + 17 * call)
+
+
+def test_imitation_comes_to_choose_as_the_script() -> None:
+    torch.manual_seed(0)
+    env, mappo = choosing(interface="trail", num_envs=8, n_steps=10, size_m=8.0), Mappo("trail")
+
+    def agreement() -> float:
+        with torch.no_grad():
+            played = env.rollout(10, Lesson("team_plan", env, mappo))
+            best = mappo.actor(played["robots", "observation"]).argmax(dim=-1)
+        return (best == played["robots", "right"]).float().mean().item()
+
+    before = agreement()
+    assert imitate(mappo, [env], "team_plan", rounds=2, epochs=20, batch_size=64) == 2 * 8 * 10 * 2
+    assert agreement() > max(before + 0.2, 0.5)
