@@ -213,6 +213,7 @@ class TrainConfig:
         out: Folder of the results.
         overwrite: Replace a run that is there.
         resume: Continue the run in OUT; settings that shape what is learned must stay.
+        start: Folder of a run whose best checkpoint the network begins with, weights and normalisation.
         config: YAML file with these settings, or the name of one that ships (paper-sim-2, from-nothing); what
             else is on the command line wins.
     """
@@ -226,6 +227,7 @@ class TrainConfig:
     out: Path = Path("results/train")
     overwrite: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     resume: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    start: str = ""
     config: Path | None = None
 
     def __post_init__(self) -> None:
@@ -235,12 +237,18 @@ class TrainConfig:
         apart = self.envs.interface in DIRECTIONS or not CRITICS[self.ppo.critic]
         rule = f"own unless envs.interface is {' or '.join(DIRECTIONS)}: other policies would read the truth"
         require(apart, "ppo.critic", rule, self.ppo.critic)
-        teaches = bool(self.imitation.policy)
+        teaches, begun = bool(self.imitation.policy), bool(self.start)
+        require(
+            not (teaches and begun),
+            "start",
+            "given without imitation.policy, which would undo it",
+            self.start,
+        )
         require(
             teaches or self.ppo.agent_steps > 0,
             "ppo.agent_steps",
             "> 0 where imitation.policy is empty: there is nothing to learn",
             self.ppo.agent_steps,
         )
-        rule = "0 where imitation.policy is empty: an untrained policy has no value to learn first"
-        require(teaches or self.ppo.critic_only == 0, "ppo.critic_only", rule, self.ppo.critic_only)
+        rule = "0 where imitation.policy is empty and nothing is begun with: there is no policy to spare"
+        require(teaches or begun or self.ppo.critic_only == 0, "ppo.critic_only", rule, self.ppo.critic_only)

@@ -32,6 +32,17 @@ def restore(arrays: Mapping[str, np.ndarray], model: PPO, norm: VecNormalize, *,
     Raises:
         BadInputError: An array is missing, of another shape or not finite; names it.
     """
+    begin_with(arrays, model, norm, where=where)
+    _restore_optimiser(arrays, model, where)
+    _restore_generators(arrays, where)
+
+
+def begin_with(arrays: Mapping[str, np.ndarray], model: PPO, norm: VecNormalize, *, where: str) -> None:
+    """Put weights and normalisation in place in a model and environments with the same network.
+
+    Raises:
+        BadInputError: An array is missing, of another shape or not finite; names it.
+    """
     _check_alike(arrays, arrays_of(model, norm), where)
     model.policy.load_state_dict(
         {
@@ -40,12 +51,10 @@ def restore(arrays: Mapping[str, np.ndarray], model: PPO, norm: VecNormalize, *,
             if name.startswith(_WEIGHTS)
         }
     )
-    _restore_optimiser(arrays, model, where)
     for name, target in _targets(norm):
         for part in _PARTS:
             value = arrays[f"norm/{name}/{part}"]
             setattr(target, part, float(value) if part == "count" else value.copy())
-    _restore_generators(arrays, where)
 
 
 def _restore_generators(arrays: Mapping[str, np.ndarray], where: str) -> None:

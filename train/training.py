@@ -3,6 +3,7 @@
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import torch
@@ -15,7 +16,9 @@ from stable_baselines3.common.vec_env import VecNormalize
 from baselines.evaluation.config import play_command
 from baselines.policies import make_policy
 from baselines.policies.learned.interfaces import make_interface
+from baselines.policies.learned.network import load_network
 from baselines.policies.learned.ray_interface import Rays
+from baselines.policies.learned.run_files import POLICY
 from baselines.policies.registry import specs_of
 from train._callback import Between
 from train._checkpoints import TRAINING, Checkpoints, State, read_state, read_training
@@ -25,7 +28,7 @@ from train._dagger import imitate
 from train._export import exported
 from train._interface_vec_env import n_for_critic
 from train._learning_curve import LEARNED, Curve, arrays_of_table, table_of
-from train._model_arrays import arrays_of, restore
+from train._model_arrays import arrays_of, begin_with, restore
 from train._rays_policy import RaysPolicy
 from train._rollouts import environments, rows_of, scenarios_of, selected_scenarios
 from train._run_folder import claim
@@ -82,17 +85,24 @@ class Run:
         if config.resume:
             self.checkpoints.path()
         claim(config.out, _KIND, resume=config.resume, overwrite=config.overwrite)
-        start = self._checked_start() if config.resume else None
+        last = self._checked_last() if config.resume else None
+        first = None
+        if config.start and not config.resume:
+            first = Checkpoints(Path(config.start)).intact("best")
         _write_record(config)
         self.norm = environments(config, config.seed)
         self.model = make_model(config, self.norm)
         self.state, self.best, table = State(), -1.0, None
-        if start is not None:
-            table = self._continue(start)
+        self._before: Any = None
+        if last is not None:
+            table = self._continue(last)
+        elif first is not None:
+            self._before = dict(load_network(first / POLICY).origin)
+            begin_with(read_training(first), self.model, self.norm, where=str(first / TRAINING))
         self.curve = Curve(config.out, selected_scenarios(config), config.selection, table)
         self.model.set_logger(configure(str(config.out / "tensorboard"), ["tensorboard"]))
 
-    def _checked_start(self) -> Path:
+    def _checked_last(self) -> Path:
         """Checkpoint to go on from, if it fits; says so if it is not the last one."""
         folder, problem = self.checkpoints.latest_intact()
         self.checkpoints.check(folder, self.scenario)
@@ -111,6 +121,7 @@ class Run:
         """
         arrays = read_training(start)
         restore(arrays, self.model, self.norm, where=str(start / TRAINING))
+        self._before = load_network(start / POLICY).origin.get("begun_with")
         self.checkpoints.point("last", start)
         self.state = read_state(start)
         self.model.num_timesteps = self.state.agent_steps
@@ -146,6 +157,7 @@ class Run:
             origin={
                 "command": command_of(self.config),
                 "settings": record_of(self.config),
+                **({} if self._before is None else {"begun_with": self._before}),
                 "agent_steps": steps,
                 "imitated": imitated,
                 "versions": versions(),

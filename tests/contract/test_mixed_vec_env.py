@@ -85,10 +85,12 @@ def test_teams_that_differ_need_the_interface_of_rays(tmp_path: Path) -> None:
         scenarios_of(mixed(tmp_path, others=("paper-sim-2 n_robot=3",)))
 
 
-def test_the_settings_for_everywhere_can_be_run() -> None:
-    config = read_yaml(Path("train/configs/everywhere.yaml"))
+@pytest.mark.parametrize(("name", "at_least"), [("everywhere", 10_000_000), ("crowds", 1_000_000)])
+def test_the_settings_of_the_policy_that_ships_can_be_run(name: str, at_least: int) -> None:
+    config = read_yaml(Path(f"train/configs/{name}.yaml"))
     assert rows_of(config) * config.ppo.n_steps % config.ppo.batch_size == 0
-    assert config.ppo.agent_steps >= 10_000_000
+    assert config.ppo.agent_steps >= at_least
+    assert bool(config.start) == (not config.imitation.policy)
     for scenario in scenarios_of(config):
-        make_policy(config.imitation.policy, scenario)
+        make_policy(config.imitation.policy or "random", scenario)
     assert scenario_varied("paper-sim-2 n_robots=4").n_robots == 4

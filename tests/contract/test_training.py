@@ -16,9 +16,11 @@ from threadpoolctl import threadpool_limits
 
 from baselines.evaluate import run_episode
 from baselines.evaluation.episodes import trial_seed
+from baselines.policies.learned.network import load_network
 from baselines.policies.learned.policy import LearnedPolicy
 from envs.rendezvous_v0 import parallel_env
 from train import _rollouts
+from train._checkpoints import read_training
 from train._config import HELD_OUT_SEED, TrainConfig
 from train._config_files import read_yaml
 from train.training import Run, digest, train
@@ -99,6 +101,25 @@ def test_a_run_is_continued_where_it_stopped(tmp_path: Path) -> None:
     assert (table["policy"] == "random").sum() == 1  # not played again
     # Continuing to where it already is changes nothing.
     np.testing.assert_array_equal(weights(Run(longer, Console(quiet=True))), weights(second))
+
+
+def test_a_run_begins_with_the_best_network_of_another(tmp_path: Path, done: Run) -> None:
+    """With its weights and normalisation, not its optimiser; a continued run does not begin again."""
+    later = small(tmp_path / "later", start=str(done.config.out))
+    begun = Run(later, Console(quiet=True))
+    begun.norm.close()
+    best = read_training(done.checkpoints.path("best"))
+    for name, tensor in begun.model.policy.state_dict().items():
+        np.testing.assert_array_equal(tensor.numpy(), best[f"policy/{name}"])
+    np.testing.assert_array_equal(begun.norm.obs_rms.mean, best["norm/obs_rms/mean"])  # type: ignore[union-attr]
+    assert not begun.model.policy.optimizer.state_dict()["state"]
+    run = train(replace(later, overwrite=True))
+    more = train(replace(later, resume=True, ppo=replace(FEW, agent_steps=200)))
+    assert digest(begun.model) != digest(run.model) != digest(more.model)
+    for after in (run, more):
+        origin = load_network(after.checkpoints.path() / "policy.npz").origin
+        assert origin["begun_with"] == load_network(done.checkpoints.path("best") / "policy.npz").origin
+    assert run.state.imitated == 0
 
 
 def test_torch_is_left_at_one_thread(done: Run) -> None:

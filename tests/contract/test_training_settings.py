@@ -32,6 +32,8 @@ from wifipgo.files.folder_lock import held
         ("envs: {n_envs: 2, n_workers: 3}", "envs.n_workers must be in 0..2 (n_envs), got 3"),
         ("ppo: {agent_steps: 0}", "nothing to learn"),
         ("ppo: {critic_only: 2}", "ppo.critic_only must be 0 where imitation.policy is empty"),
+        ("{start: run, imitation: {policy: active}}", "start must be given without imitation.policy"),
+        ("start: no/such/run", "no/such/run/checkpoints/best.json"),
         ("imitation: {policy: frontier_hom}", "unknown policy 'frontier_hom'; known: active,"),
         ("selection: {policies: ['active:err=1']}", "unknown parameter of policy 'active': 'err'; known:"),
         ("ppo: {batch_size: 300}", "ppo.batch_size must be a divisor of 6400"),
@@ -109,7 +111,8 @@ def test_settings_that_ship_are_found_from_anywhere(tmp_path: Path, monkeypatch:
     for other in ("other.yaml", "configs/from-nothing.yaml"):
         assert settings_file(Path(other)) == Path(other)
     with pytest.raises(
-        ValueError, match="unknown training settings 'from-nothin'; known: everywhere, from-nothing, paper"
+        ValueError,
+        match="unknown training settings 'from-nothin'; known: crowds, everywhere, from-nothing, paper",
     ):
         settings_file(Path("from-nothin"))
     Path("from-nothing").write_text("")
