@@ -47,6 +47,8 @@ __all__ = ["Run", "digest", "make_model", "train"]
 # Each time a run is continued, its worlds follow another root.
 _RESUMED = 7_919
 _KIND = "train.ppo"
+# Settings without which weights of one run mean nothing in another.
+_SHAPES = ("envs.interface ", "ppo.hidden ", "ppo.critic ", "norm.observations ", "norm.reward ")
 _FILES = ("config.yaml", "versions.json", "curve.parquet", "curve.png", "tensorboard/")
 
 
@@ -84,11 +86,9 @@ class Run:
         _check(config, self.scenario)
         if config.resume:
             self.checkpoints.path()
+        first = _checked_first(config) if config.start and not config.resume else None
         claim(config.out, _KIND, resume=config.resume, overwrite=config.overwrite)
         last = self._checked_last() if config.resume else None
-        first = None
-        if config.start and not config.resume:
-            first = Checkpoints(Path(config.start)).intact("best")
         _write_record(config)
         self.norm = environments(config, config.seed)
         self.model = make_model(config, self.norm)
@@ -242,6 +242,21 @@ def _check(config: TrainConfig, scenario: Scenario) -> None:
     rows, n_steps = rows_of(config), config.ppo.n_steps
     rule = f"a divisor of {rows * n_steps}, what {rows} agents collect in ppo.n_steps={n_steps}"
     require(rows * n_steps % config.ppo.batch_size == 0, "ppo.batch_size", rule, config.ppo.batch_size)
+
+
+def _checked_first(config: TrainConfig) -> Path:
+    """Checkpoint to begin with, of a network of the same shape.
+
+    Raises:
+        BadInputError: There is none, or it is damaged.
+        ValueError: A setting that shapes the network is another; names it.
+    """
+    run = Path(config.start)
+    folder, record = Checkpoints(run).intact("best"), run / "config.yaml"
+    there, here = read_settings(record).values, record_of(config)
+    other = [field for field in changed_fields(there, here) if field.startswith(_SHAPES)]
+    require(not other, "start", f"a run with the same network: see {record}", other)
+    return folder
 
 
 def _write_record(config: TrainConfig) -> None:

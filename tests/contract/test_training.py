@@ -122,6 +122,15 @@ def test_a_run_begins_with_the_best_network_of_another(tmp_path: Path, done: Run
     assert run.state.imitated == 0
 
 
+def test_a_run_begins_with_no_network_of_another_shape(tmp_path: Path, done: Run) -> None:
+    later = small(tmp_path / "later", start=str(done.config.out), ppo=replace(FEW, hidden=(9,)))
+    with pytest.raises(
+        ValueError, match=r"start must be a run with the same network.*ppo\.hidden \(\[8\] there"
+    ):
+        Run(later, Console(quiet=True))
+    assert not later.out.exists()
+
+
 def test_torch_is_left_at_one_thread(done: Run) -> None:
     assert torch.get_num_threads() == 1
     assert run_episode(done.scenario, "random", 1).figures["n_steps"] == 10
