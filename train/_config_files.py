@@ -110,13 +110,17 @@ def _plain(value: Any) -> Any:
 
 
 def changed_fields(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
-    """Settings in which two records differ although they shape what is learned, with both values."""
-    flat_there, flat_here = _flat(there), _flat(here)
-    names = sorted((flat_there.keys() | flat_here.keys()) - _FREE)
+    """Settings in which two records differ although they shape what is learned, with both values.
+
+    What a record does not name was no setting yet when it was written, and did what is the default now.
+    """
+    default = _flat(record_of(TrainConfig()))
+    old, new = (default | _flat(record) for record in (there, here))
+    names = sorted((old.keys() | new.keys()) - _FREE)
     return [
-        f"{name} ({flat_there.get(name)!r} there, {flat_here.get(name)!r} now)"
+        f"{name} ({old.get(name)!r} there, {new.get(name)!r} now)"
         for name in names
-        if flat_there.get(name) != flat_here.get(name)
+        if old.get(name) != new.get(name)
     ]
 
 

@@ -12,7 +12,7 @@ pytest.importorskip("stable_baselines3")
 from train import _config_files
 from train._config import HELD_OUT_SEED
 from train._config_files import read_yaml, settings_file
-from train.training import Run
+from train.training import Run, train
 from wifipgo.files.folder_lock import held
 
 
@@ -69,6 +69,20 @@ def test_a_run_of_other_settings_is_not_continued(
     assert "ppo.gamma (0.99 there, 0.9 now)" in said
     said = refused(capsys, *again, "--resume", "--envs.scenario", "paper-hw-2")
     assert "another scenario, 'paper-sim-2': sensing.sigma_r_rad" in said
+
+
+def test_a_run_from_before_a_setting_existed_is_continued(tmp_path: Path, done: Run) -> None:
+    """What its record does not name did what is the default now."""
+    _, config = copy_of(done, tmp_path / "run")
+    record = config.out / "config.yaml"
+    lines = record.read_text().splitlines(keepends=True)
+    older = [line for line in lines if not line.startswith(("start:", "  endless:"))]
+    assert len(older) == len(lines) - 2
+    record.write_text("".join(older))
+    assert train(config).state == done.state
+    record.write_text("".join(older).replace("norm:", "norm:\n  gone: 1"))
+    with pytest.raises(ValueError, match=r"norm\.gone \(1 there, None now\)"):
+        train(config)
 
 
 def test_two_trainings_do_not_share_a_folder(
