@@ -6,13 +6,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from support.short_training import small
 
 pytest.importorskip("stable_baselines3")
 
+from train._checkpoints import read_state
 from train._config import SelectionConfig, TrainConfig
 from train._config_files import record_of
 from train._yaml import written
 from train.curves import curves_of, lines_of, main, scores_at_the_end
+from train.training import Run, train
 
 PLAYED = ("paper-sim-2", "paper-hw-2")
 JUDGED = SelectionConfig(scenarios=PLAYED, trials=3, seed=70_000)
@@ -55,7 +58,29 @@ def test_what_cannot_be_compared_is_refused(tmp_path: Path, capsys: pytest.Captu
     mine = run_of(tmp_path / "a", 2_000, 0.5)
     other = run_of(tmp_path / "b", 2_000, 0.5, replace(JUDGED, seed=70_001))
     assert main([f"mine={mine}", f"other={other}"]) == 2
-    assert "must be that of the first run" in capsys.readouterr().err
+    assert "must be of the worlds of the first run" in capsys.readouterr().err
+    apart = run_of(tmp_path / "c", 2_000, 0.5, replace(JUDGED, scenarios=("paper-sim-50", "radio-hard")))
+    assert main([f"mine={mine}", f"apart={apart}"]) == 2
+    assert "judged on scenarios in common" in capsys.readouterr().err
     with pytest.raises(SystemExit, match="2"):
         main(["mine"])
     assert "runs must be NAME=FOLDER" in capsys.readouterr().err
+
+
+def test_scenarios_count_that_all_were_judged_on(tmp_path: Path) -> None:
+    """Each by its own place in the order of its run."""
+    mine = run_of(tmp_path / "a", 2_000, 0.5)
+    other = run_of(tmp_path / "b", 2_000, 0.2, replace(JUDGED, scenarios=("radio-hard", "paper-sim-2")))
+    curves, scenarios = curves_of([f"mine={mine}", f"other={other}"])
+    assert scenarios == ("paper-sim-2",)
+    scores = scores_at_the_end(curves)
+    assert [frame.to_numpy().item() for frame in scores.values()] == pytest.approx([0.51, 0.31, 0.3])
+
+
+def test_a_run_goes_on_where_the_one_it_began_with_was(tmp_path: Path, done: Run) -> None:
+    later = small(tmp_path / "later", start=str(done.config.out))
+    train(later)
+    curves, _ = curves_of([f"first={done.config.out}", f"later={later.out}"])
+    ends = curves[curves["policy"] == "learned"].groupby("recipe")["agent_steps"].max()
+    best = read_state(done.checkpoints.path("best"))
+    assert ends["later"] == best.agent_steps + best.imitated + 160
