@@ -80,14 +80,18 @@ def test_normalisation_is_by_all_rows_so_far() -> None:
 @pytest.mark.parametrize("n_robots", [1, 2, 5])
 def test_a_team_has_no_order(n_robots: int) -> None:
     torch.manual_seed(0)
-    critic, shown = TeamCritic(hidden=(8,)), rows(3, n_robots)
+    critic, shown = TeamCritic(hidden=(8,), n_truth=2), rows(3, n_robots)
+    truth = torch.rand(3, n_robots, 2)
     order = torch.arange(n_robots).roll(1)
     with torch.no_grad():
-        values = critic(shown, critic.team(shown))
-        permuted = critic(shown[:, order], critic.team(shown[:, order]))
+        values = critic(shown, critic.team(shown, truth))
+        permuted = critic(shown[:, order], critic.team(shown[:, order], truth[:, order]))
         other = shown.clone()
         other[:, 0] = -other[:, 0]  # one robot sees something else
-        changed = critic(other, critic.team(other))
+        changed = critic(other, critic.team(other, truth))
     assert values.shape == (3, n_robots, 1)
     torch.testing.assert_close(permuted, values[:, order])
     assert (changed != values).all()
+    with torch.no_grad():
+        lied_to = critic(shown, critic.team(shown, truth.flip(0)))
+    assert (lied_to != values)[0].all()

@@ -8,8 +8,8 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 from train._config import EnvsConfig, PpoConfig, TrainConfig
-from train._interface_vec_env import N_TRUTH
 from train._rollouts import environments, translated_of
+from train._truths import N_TRUTH
 
 MIXED = EnvsConfig(n_envs=2, others=("paper-sim-2 n_robots=3",), overrides=("n_steps=4",), interface="trail")
 

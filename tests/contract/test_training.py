@@ -111,7 +111,7 @@ def test_a_run_begins_with_the_best_network_of_another(tmp_path: Path, done: Run
     best = read_training(done.checkpoints.path("best"))
     for name, tensor in begun.model.policy.state_dict().items():
         np.testing.assert_array_equal(tensor.numpy(), best[f"policy/{name}"])
-    np.testing.assert_array_equal(begun.norm.obs_rms.mean, best["norm/obs_rms/mean"])  # type: ignore[union-attr]
+    np.testing.assert_array_equal(begun.norm.obs_rms.mean, best["norm/obs_rms/mean"])  # type: ignore[attr-defined]
     assert not begun.model.policy.optimizer.state_dict()["state"]
     run = train(replace(later, overwrite=True))
     more = train(replace(later, resume=True, ppo=replace(FEW, agent_steps=200)))
