@@ -15,6 +15,7 @@ from wifipgo.errors import pick, require
 
 # Root of the seeds of the tables in docs/training.md: never trained on, never chosen by.
 HELD_OUT_SEED = 2026
+_IN = " in "
 # What a value is read from, and whether that is more than what the robot is shown.
 CRITICS: Mapping[str, bool] = MappingProxyType({"own": False, "team": True})
 
@@ -145,7 +146,8 @@ class ImitationConfig:
     that an environment is driven by the script for a step (DAgger). Values learn the returns.
 
     Attributes:
-        policy: Scripted policy, e.g. active or random; empty: start from nothing.
+        policy: Who is imitated, e.g. active or ppo:path=RUN; empty: start from nothing.
+        instead: Who is imitated in single scenarios, each ``POLICY in SCENARIO`` as envs.others has it.
         rounds: Rounds of collecting and fitting.
         agent_steps: Collected in each round.
         epochs: Passes over all that was collected, after each round.
@@ -155,6 +157,7 @@ class ImitationConfig:
     """
 
     policy: str = ""
+    instead: tuple[str, ...] = ()
     rounds: int = 4
     agent_steps: int = 16_000
     epochs: int = 6
@@ -168,6 +171,20 @@ class ImitationConfig:
             require(getattr(self, name) >= 1, f"imitation.{name}", ">= 1", getattr(self, name))
         require(self.learning_rate > 0.0, "imitation.learning_rate", "> 0", self.learning_rate)
         require(0.0 <= self.expert_share <= 1.0, "imitation.expert_share", "in [0, 1]", self.expert_share)
+        for text in self.instead:
+            policy, _, scenario = text.partition(_IN)
+            require(bool(policy and scenario), "imitation.instead", "POLICY in SCENARIO", text)
+        require(
+            bool(self.policy) or not self.instead,
+            "imitation.instead",
+            "empty without imitation.policy",
+            self.instead,
+        )
+
+    def in_scenario(self, text: str) -> str:
+        """Who is imitated in a scenario, by its text in the settings of the environments."""
+        instead = {scenario: policy for policy, _, scenario in (each.partition(_IN) for each in self.instead)}
+        return instead.get(text, self.policy)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -238,12 +255,9 @@ class TrainConfig:
         rule = f"own unless envs.interface is {' or '.join(DIRECTIONS)}: other policies would read the truth"
         require(apart, "ppo.critic", rule, self.ppo.critic)
         teaches, begun = bool(self.imitation.policy), bool(self.start)
-        require(
-            not (teaches and begun),
-            "start",
-            "given without imitation.policy, which would undo it",
-            self.start,
-        )
+        texts = dict.fromkeys((self.envs.scenario, *self.envs.others))
+        for text in self.imitation.instead:
+            pick(texts, text.partition(_IN)[2], "scenario of imitation.instead")
         require(
             teaches or self.ppo.agent_steps > 0,
             "ppo.agent_steps",

@@ -14,11 +14,10 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 from torch.nn.functional import mse_loss
 
-from baselines.policies import make_policy
+from baselines.policies import TeamsPolicy, make_policy
 from train._config import ImitationConfig, TrainConfig
 from train._interface_vec_env import Translated
 from train._rollouts import rounded_up, scenarios_of, translated_of
-from wifipgo.scenarios import Scenario
 
 _STREAM = 0xDA6
 _VALUE_WEIGHT = 0.25
@@ -61,19 +60,25 @@ def imitate(model: PPO, norm: VecNormalize, config: TrainConfig, *, on_step: Cal
     return cfg.rounds * n_steps * norm.num_envs
 
 
+def teachers(config: TrainConfig) -> list[TeamsPolicy]:
+    """Who is imitated in each scenario."""
+    texts = (config.envs.scenario, *config.envs.others)
+    specs = map(config.imitation.in_scenario, texts)
+    return [make_policy(spec, each) for spec, each in zip(specs, scenarios_of(config), strict=True)]
+
+
 class _Scripts:
-    """A scripted policy that drives the teams of all environments, those of one part after the other."""
+    """Policies that drive the teams of all environments, those of one part after the other."""
 
     def __init__(self, norm: VecNormalize, config: TrainConfig) -> None:
-        scenarios, parts, n = scenarios_of(config), translated_of(norm), config.envs.n_envs
+        drivers, parts, n = teachers(config), translated_of(norm), config.envs.n_envs
         alone = [
-            (part, [scenario], range(k, n, len(parts)))
-            for k, (part, scenario) in enumerate(zip(parts, scenarios, strict=False))
+            (part, [driver], range(k, n, len(parts)))
+            for k, (part, driver) in enumerate(zip(parts, drivers, strict=False))
         ]
-        of_each = alone if len(parts) > 1 else [(parts[0], scenarios, range(n))]
+        of_each = alone if len(parts) > 1 else [(parts[0], drivers, range(n))]
         self._parts = [
-            _PartScripts(part, played, [config.seed + k for k in teams], config.imitation.policy)
-            for part, played, teams in of_each
+            _PartScripts(part, mine, [config.seed + k for k in teams]) for part, mine, teams in of_each
         ]
         self.n_teams = n
         self._bounds = np.cumsum([part.n_rows for part in self._parts])[:-1]
@@ -94,19 +99,16 @@ class _Scripts:
 
 
 class _PartScripts:
-    """A scripted policy that drives the teams of environments that are alike, one policy a scenario."""
+    """Policies that drive the teams of environments that are alike, one a scenario."""
 
-    def __init__(
-        self, translated: Translated, scenarios: Sequence[Scenario], seeds: Sequence[int], spec: str
-    ) -> None:
+    def __init__(self, translated: Translated, drivers: Sequence[TeamsPolicy], seeds: Sequence[int]) -> None:
         self._translated, self._seeds = translated, list(seeds)
         self.n_teams, self.n_rows = len(self._seeds), translated.num_envs
         self.team_sizes = np.full(self.n_teams, self.n_rows // self.n_teams)
         self._episodes, teams = [0] * self.n_teams, np.arange(self.n_teams)
         # Environment k plays scenario k, those after the last the first again, and so on.
         self._drivers = [
-            (teams[k :: len(scenarios)], make_policy(spec, scenario))
-            for k, scenario in enumerate(scenarios[: self.n_teams])
+            (teams[k :: len(drivers)], driver) for k, driver in enumerate(drivers[: self.n_teams])
         ]
         self._begin(np.ones(self.n_teams, dtype=bool))
 

@@ -24,7 +24,7 @@ from train._callback import Between
 from train._checkpoints import TRAINING, Checkpoints, State, read_state, read_training
 from train._config import TrainConfig
 from train._config_files import changed_fields, command_of, record_of
-from train._dagger import imitate
+from train._dagger import imitate, teachers
 from train._export import exported
 from train._interface_vec_env import n_for_critic
 from train._learning_curve import LEARNED, Curve, arrays_of_table, table_of
@@ -236,9 +236,11 @@ def _check(config: TrainConfig, scenario: Scenario) -> None:
     labels = [spec.label for spec in specs_of(config.selection.policies)]
     require(LEARNED not in labels, "selection.policies", f"named other than {LEARNED!r}", labels)
     played = selected_scenarios(config)
-    for spec in filter(None, (*config.selection.policies, config.imitation.policy)):
+    for spec in config.selection.policies:
         for each in played:
             make_policy(spec, each)
+    if config.imitation.policy:
+        teachers(config)
     rows, n_steps = rows_of(config), config.ppo.n_steps
     rule = f"a divisor of {rows * n_steps}, what {rows} agents collect in ppo.n_steps={n_steps}"
     require(rows * n_steps % config.ppo.batch_size == 0, "ppo.batch_size", rule, config.ppo.batch_size)

@@ -14,7 +14,7 @@ from baselines.policies import make_policy
 from baselines.policies.learned.training_scenarios import scenario_varied
 from train._config import EnvsConfig, ImitationConfig, TrainConfig
 from train._config_files import read_yaml
-from train._dagger import _Scripts
+from train._dagger import _Scripts, teachers
 from train._mixed_vec_env import MixedVecEnv
 from train._rollouts import environments, rows_of, scenarios_of, translated_of
 from train.training import train
@@ -85,12 +85,33 @@ def test_teams_that_differ_need_the_interface_of_rays(tmp_path: Path) -> None:
         scenarios_of(mixed(tmp_path, others=("paper-sim-2 n_robot=3",)))
 
 
-@pytest.mark.parametrize(("name", "at_least"), [("everywhere", 10_000_000), ("crowds", 1_000_000)])
-def test_the_settings_of_the_policy_that_ships_can_be_run(name: str, at_least: int) -> None:
-    config = read_yaml(Path(f"train/configs/{name}.yaml"))
-    assert rows_of(config) * config.ppo.n_steps % config.ppo.batch_size == 0
-    assert config.ppo.agent_steps >= at_least
-    assert bool(config.start) == (not config.imitation.policy)
-    for scenario in scenarios_of(config):
-        make_policy(config.imitation.policy or "random", scenario)
+def test_the_settings_of_the_policy_that_ships_can_be_run() -> None:
+    """Two stages, the second of which imitates the network of the first, and a rule with fifty robots."""
+    first, last = (read_yaml(Path(f"train/configs/{name}.yaml")) for name in ("everywhere", "fifty"))
+    assert first.ppo.agent_steps >= 10_000_000
+    assert last.imitation.policy == f"ppo:path={last.start}"
+    last = replace(last, imitation=replace(last.imitation, policy="ppo"))
+    for config in (first, last):
+        assert rows_of(config) * config.ppo.n_steps % config.ppo.batch_size == 0
+        assert len(teachers(config)) == len(scenarios_of(config))
+    rules = [config.imitation.in_scenario("paper-sim-50") for config in (first, last)]
+    assert rules == ["team_plan", "team_plan"]
+
+
+def test_who_is_imitated_is_chosen_by_scenario(tmp_path: Path) -> None:
+    """What the lessons say in each part is what its own teacher would do there."""
+    others = ("paper-sim-2 n_robots=3",)
+    imitation = ImitationConfig(policy="random", instead=("voronoi in paper-sim-2 n_robots=3",))
+    config = replace(mixed(tmp_path, others=others), imitation=imitation)
+    norm = environments(config, 0)
+    norm.reset()
+    scripts = _Scripts(norm, config)
+    said, (_, part) = scripts.answers(), translated_of(norm)
+    voronoi = make_policy("voronoi", scenarios_of(config)[1])
+    n_teams = part.num_envs // 3
+    voronoi.reset_rows([config.seed + 2 * k + 1 for k in range(n_teams)], [0] * n_teams)
+    actions = voronoi.act_rows(part.rows.reshape(n_teams, 3, -1))
+    np.testing.assert_array_equal(said[-part.num_envs :], part.interface.answers(actions.reshape(-1, 3)))
+    with pytest.raises(ValueError, match=r"unknown scenario of imitation\.instead 'paper-sim-50'; known:"):
+        replace(config, imitation=replace(imitation, instead=("voronoi in paper-sim-50",)))
     assert scenario_varied("paper-sim-2 n_robots=4").n_robots == 4

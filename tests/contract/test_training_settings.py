@@ -32,7 +32,12 @@ from wifipgo.files.folder_lock import held
         ("envs: {n_envs: 2, n_workers: 3}", "envs.n_workers must be in 0..2 (n_envs), got 3"),
         ("ppo: {agent_steps: 0}", "nothing to learn"),
         ("ppo: {critic_only: 2}", "ppo.critic_only must be 0 where imitation.policy is empty"),
-        ("{start: run, imitation: {policy: active}}", "start must be given without imitation.policy"),
+        ("imitation: {policy: active, instead: [random]}", "imitation.instead must be POLICY in SCENARIO"),
+        (
+            "imitation: {instead: [random in paper-sim-2]}",
+            "imitation.instead must be empty without imitation",
+        ),
+        ("imitation: {policy: active, instead: [rando in paper-sim-2]}", "unknown policy 'rando'"),
         ("start: no/such/run", "no/such/run/checkpoints/best.json"),
         ("imitation: {policy: frontier_hom}", "unknown policy 'frontier_hom'; known: active,"),
         ("selection: {policies: ['active:err=1']}", "unknown parameter of policy 'active': 'err'; known:"),
@@ -126,7 +131,7 @@ def test_settings_that_ship_are_found_from_anywhere(tmp_path: Path, monkeypatch:
         assert settings_file(Path(other)) == Path(other)
     with pytest.raises(
         ValueError,
-        match="unknown training settings 'from-nothin'; known: crowds, everywhere, from-nothing, paper",
+        match="unknown training settings 'from-nothin'; known: everywhere, fifty, from-nothing, paper",
     ):
         settings_file(Path("from-nothin"))
     Path("from-nothing").write_text("")
