@@ -22,7 +22,7 @@ def drawn(curves: pd.DataFrame, scenarios: Sequence[str]) -> Figure:
     _curve(large, curves)
     large.set(xlabel="agent-steps (millions)", ylabel="mapped share of the floor (%)")
     large.set_title(f"mean of {len(scenarios)} scenarios", loc="left")
-    left.legend(loc="outside lower center", frameon=False, ncols=2)
+    left.legend(loc="outside lower left", frameon=False, fontsize=9)
     small = right.subplots(n_lines, min(_N_SMALL, len(scenarios)), squeeze=False, sharex=True).ravel()
     for axes, scenario in zip(small, scenarios, strict=False):
         _curve(axes, curves[curves["scenario"] == scenario])
@@ -41,7 +41,8 @@ def _curve(axes: Axes, curves: pd.DataFrame) -> None:
         x = together.index.to_numpy(float) / 1e6
         seeds = f", mean and range of {n_runs} seeds" if n_runs > 1 else ""
         axes.plot(by_run.index.to_numpy(float) / 1e6, by_run, color=colour, lw=0.8, alpha=0.7)
-        axes.plot(x, together.mean(axis=1), color=colour, lw=2.0, label=f"{recipe}{seeds}")
+        marker = "o" if len(together) == 1 else None  # a line of one point is not seen
+        axes.plot(x, together.mean(axis=1), color=colour, marker=marker, lw=2.0, label=f"{recipe}{seeds}")
         axes.fill_between(x, together.min(axis=1), together.max(axis=1), color=colour, alpha=0.25, lw=0)
     for policy, scores in rules.groupby("policy", sort=False)["mapped_share"]:
         axes.axhline(100.0 * scores.mean(), color=GREY, ls="--", lw=1.2, label=str(policy))
