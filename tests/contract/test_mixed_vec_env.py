@@ -11,9 +11,11 @@ pytest.importorskip("stable_baselines3")
 from support.short_training import FEW, RARELY
 
 from baselines.policies import make_policy
+from baselines.policies.learned.network import load_network
+from baselines.policies.learned.policy import SHIPPED
 from baselines.policies.learned.training_scenarios import scenario_varied
 from train._config import EnvsConfig, ImitationConfig, TrainConfig
-from train._config_files import read_yaml
+from train._config_files import changed_fields, read_yaml, record_of
 from train._dagger import _Scripts, teachers
 from train._mixed_vec_env import MixedVecEnv
 from train._rollouts import environments, rows_of, scenarios_of, translated_of
@@ -96,6 +98,15 @@ def test_the_settings_of_the_policy_that_ships_can_be_run() -> None:
         assert len(teachers(config)) == len(scenarios_of(config))
     rules = [config.imitation.in_scenario("paper-sim-50") for config in (first, last)]
     assert rules == ["team_plan", "team_plan"]
+
+
+def test_the_policy_that_ships_was_trained_by_the_settings_that_its_commands_name() -> None:
+    origin = load_network(Path("baselines/trained") / SHIPPED).origin
+    for stage, name in ((origin["begun_with"], "everywhere"), (origin, "fifty")):
+        file = Path(f"train/configs/{name}.yaml")
+        assert stage["command"] == f"wifipgo train --config {file} --seed 0"
+        assert changed_fields(stage["settings"], record_of(read_yaml(file))) == []
+    assert origin["begun_with"]["agent_steps"] > 9_000_000
 
 
 def test_who_is_imitated_is_chosen_by_scenario(tmp_path: Path) -> None:
