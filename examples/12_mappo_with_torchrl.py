@@ -62,15 +62,14 @@ def learn(
 
 def train(mappo: Mappo, envs: Sequence[RendezvousTorchEnv], chosen: MappoConfig) -> Iterator[str]:
     """Collect and learn; says after each update what was mapped, by scenario."""
-    lengths = [env.worlds.scenario.n_steps for env in envs]
-    n_rows = chosen.worlds * sum(n * env.worlds.n_robots for n, env in zip(lengths, envs, strict=True))
+    played = [(env, env.worlds.scenario.n_steps) for env in envs]
+    n_rows = chosen.worlds * sum(n * env.worlds.n_robots for env, n in played)
     n_updates = math.ceil(chosen.agent_steps / n_rows)
     optimiser = torch.optim.Adam(mappo.loss.parameters(), lr=chosen.lr, eps=1e-5)
     slower = torch.optim.lr_scheduler.LinearLR(optimiser, 1.0, 0.1, n_updates)
-    how: dict[str, Any] = {"policy": mappo.policy, "break_when_any_done": False}
     for update in track(range(1, n_updates + 1), f"{n_updates} updates"):
         with torch.no_grad():
-            episodes = [env.rollout(n, **how) for n, env in zip(lengths, envs, strict=True)]
+            episodes = [env.rollout(n, mappo.policy, break_when_any_done=False) for env, n in played]
         learn(mappo, mappo.rows(episodes), optimiser, chosen, acts=update > chosen.critic_only)
         slower.step()
         shares = [f"{episode[SHARE][:, -1].mean():.3f}" for episode in episodes]
