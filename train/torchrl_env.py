@@ -41,7 +41,6 @@ class RendezvousTorchEnv(EnvBase):
 
     Attributes:
         worlds: Stepped as one.
-        interface: By which networks are shown what robots see, None without one.
         seen: What robots observe now, (worlds, robots, numbers), whatever is shown of it.
 
     Raises:
@@ -65,7 +64,7 @@ class RendezvousTorchEnv(EnvBase):
         worlds = flat_vector_env(scenario, num_envs, whom="tensors", **arguments)
         super().__init__(device=device, batch_size=torch.Size([num_envs]))
         self.worlds, self.return_state = worlds, return_state
-        self.interface = None if interface is None else make_interface(interface, worlds.scenario)
+        self._interface = None if interface is None else make_interface(interface, worlds.scenario)
         self.group_map = {GROUP: list(worlds.possible_agents)}
         self._next_seed = seed
         self._before: Any = None
@@ -156,17 +155,17 @@ class RendezvousTorchEnv(EnvBase):
 
         Worlds that go on while others begin anew are shown again: nobody remembers the same step twice.
         """
-        if self.interface is None:
+        if self._interface is None:
             return seen
         rows = seen.reshape(-1, seen.shape[-1])
-        self._memory = self.interface.remembered(rows, self._before)
-        return self.interface.shown(rows, self._memory).reshape(*seen.shape[:-1], -1)
+        self._memory = self._interface.remembered(rows, self._before)
+        return self._interface.shown(rows, self._memory).reshape(*seen.shape[:-1], -1)
 
     def _shown_spec(self, n_robots: int) -> Bounded | Unbounded:
         """Bounds of what is shown; an interface tells none."""
-        if self.interface is None:
+        if self._interface is None:
             return _box(self.worlds.single_observation_space, n_robots)
-        return Unbounded(shape=(n_robots, self.interface.n_shown))
+        return Unbounded(shape=(n_robots, self._interface.n_shown))
 
     def _tensor(self, x: np.ndarray) -> torch.Tensor:
         return tensor_of(x, self.device)

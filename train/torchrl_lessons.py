@@ -57,7 +57,7 @@ class Lesson:
         begins = (seen[:, 0, self._elapsed] == 0.0).all(axis=-1)
         if begins.any():
             self._episodes = [k + int(new) for k, new in zip(self._episodes, begins, strict=True)]
-            self._script.reset_rows(range(len(begins)), [max(k, 0) for k in self._episodes], mask=begins)
+            self._script.reset_rows(range(len(begins)), self._episodes, mask=begins)
         actions = self._script.act_rows(seen)
         motion, call = self._interface.answers(actions.reshape(-1, 3)).T
         return tensor_of((motion + N_MOTIONS * call).reshape(seen.shape[:2]))

@@ -98,6 +98,7 @@ def test_the_settings_of_the_policy_that_ships_can_be_run() -> None:
         assert len(teachers(config)) == len(scenarios_of(config))
     rules = [config.imitation.in_scenario("paper-sim-50") for config in (first, last)]
     assert rules == ["team_plan", "team_plan"]
+    assert scenario_varied("paper-sim-2 n_robots=4").n_robots == 4
 
 
 def test_the_policy_that_ships_was_trained_by_the_settings_that_its_commands_name() -> None:
@@ -125,4 +126,3 @@ def test_who_is_imitated_is_chosen_by_scenario(tmp_path: Path) -> None:
     np.testing.assert_array_equal(said[-part.num_envs :], part.interface.answers(actions.reshape(-1, 3)))
     with pytest.raises(ValueError, match=r"unknown scenario of imitation\.instead 'paper-sim-50'; known:"):
         replace(config, imitation=replace(imitation, instead=("voronoi in paper-sim-50",)))
-    assert scenario_varied("paper-sim-2 n_robots=4").n_robots == 4
