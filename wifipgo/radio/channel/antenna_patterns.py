@@ -5,6 +5,8 @@ from jaxtyping import Complex64, Float, Float32
 
 from wifipgo.arithmetic import harmless_underflow
 
+_NEPER_PER_DB = np.log(10.0) / 20.0
+
 
 @harmless_underflow
 def pattern_gain(
@@ -28,11 +30,19 @@ def pattern_gain(
     outward_m = antennas_m - antennas_m.mean(axis=0)
     reach_m = np.hypot(*outward_m.T)
     outward_rad = np.arctan2(outward_m[:, 1], outward_m[:, 0])[:, None] + heading_rad[:, None]
-    cosine = np.cos(azimuth_rad[:, :, None, None] - outward_rad[:, None])
-    sided = (reach_m > 0.5 * reach_m.max())[:, None]
-    loss_db = front_to_back_db * np.where(sided, 0.5 * (1.0 - cosine), 0.0)
-    gain: np.ndarray = np.exp(-np.log(10.0) / 20.0 * loss_db)
-    return gain.astype(np.float32)
+    # The cosine of a difference by products of those of its sides: far fewer of them.
+    (cos_in, sin_in), (cos_out, sin_out) = _directions(azimuth_rad), _directions(outward_rad)
+    gain = cos_in[:, :, None, None] * cos_out[:, None]
+    gain += sin_in[:, :, None, None] * sin_out[:, None]
+    gain -= np.float32(1.0)
+    sided = reach_m > 0.5 * reach_m.max()
+    gain *= (_NEPER_PER_DB * 0.5 * front_to_back_db * sided).astype(np.float32)[:, None]
+    return np.exp(gain, out=gain)
+
+
+def _directions(angle_rad: Float[np.ndarray, "*shape"]) -> tuple[np.ndarray, np.ndarray]:
+    """Cosine and sine, in single precision."""
+    return np.cos(angle_rad).astype(np.float32), np.sin(angle_rad).astype(np.float32)
 
 
 @harmless_underflow
@@ -54,4 +64,5 @@ def coupled(
     apart_m = np.hypot(*(antennas_m[:, None] - antennas_m).transpose(2, 0, 1))
     mixing = coupling * np.exp(-2j * np.pi * apart_m / wavelength_m)
     np.fill_diagonal(mixing, 1.0)
-    return np.einsum("ab,lbps->laps", mixing.astype(np.complex64), channel)
+    mixed: np.ndarray = np.matmul(mixing.astype(np.complex64), channel.reshape(*channel.shape[:2], -1))
+    return mixed.reshape(channel.shape)

@@ -19,7 +19,6 @@ from wifipgo.radio.channel.bands import BANDS, SUBCARRIER_SPACING_HZ
 from wifipgo.radio.channel.receiver import received_csi, white_noise
 from wifipgo.radio.channel.subcarriers import (
     centre_channel,
-    phasors_of,
     subcarrier_phasors,
     within_a_turn,
 )
@@ -239,13 +238,20 @@ def array_csi(
         Channel gains, complex64.
     """
     n_links, n_antennas, n_positions, _ = offset_m.shape
-    east_m, north_m = offset_m.reshape(n_links, n_antennas * n_positions, 2).transpose(2, 0, 1)[:, :, None]
+    offset = (offset_m / wavelength_m).reshape(n_links, n_antennas * n_positions, 2)
+    east, north = offset.transpose(2, 0, 1)[:, :, None]
     azimuth_rad = paths.azimuth_rx_rad[:, :, None]
-    turns = (np.cos(azimuth_rad) * east_m + np.sin(azimuth_rad) * north_m) / wavelength_m
+    turns = np.cos(azimuth_rad) * east
+    turns += np.sin(azimuth_rad) * north
+    angle_rad = within_a_turn(turns).astype(np.float32)
+    angle_rad *= np.float32(2.0 * np.pi)
     per_path = _subcarriers_by_path(paths, bandwidth_hz)
     arriving = np.zeros((n_links, per_path.shape[1], turns.shape[2]), dtype=np.complex64)
-    arriving[:, : turns.shape[1]] = phasors_of(2.0 * np.pi * within_a_turn(turns))
+    known = arriving[:, : turns.shape[1]]
+    np.cos(angle_rad, out=known.real)
+    np.sin(angle_rad, out=known.imag)
     if pattern is not None:
-        arriving[:, : turns.shape[1]] *= pattern.reshape(turns.shape)
+        known.real *= pattern.reshape(turns.shape)
+        known.imag *= pattern.reshape(turns.shape)
     channel = np.matmul(arriving.swapaxes(1, 2), per_path)
     return channel.reshape(n_links, n_antennas, n_positions, channel.shape[-1])

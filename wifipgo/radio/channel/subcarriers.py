@@ -146,8 +146,3 @@ def _comb(bandwidth_hz: float) -> _Comb:
     place = np.argsort(rows)[np.searchsorted(np.sort(rows), subcarriers)]
     rest = tuple(zip(free.tolist(), (alone // unit).tolist(), strict=True))
     return _Comb(unit, tuple((firsts // unit).tolist()), apart // unit, int(lengths.max()), rest, place)
-
-
-def phasors_of(angle_rad: Float[np.ndarray, "*shape"]) -> Complex64[np.ndarray, "*shape"]:
-    """exp(j angle) of angles in double precision, in single precision."""
-    return phasors(angle_rad.astype(np.float32))

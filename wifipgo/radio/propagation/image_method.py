@@ -218,4 +218,5 @@ def _rows(
     """Rows of a table: the same for all links, or each link's own."""
     if line.shape[1] == 1:
         return table.take(line[:, 0], axis=0)
-    return np.take_along_axis(table, line, axis=0)
+    n = line.shape[1]
+    return np.broadcast_to(table, (len(table), n)).ravel().take(line * n + np.arange(n))

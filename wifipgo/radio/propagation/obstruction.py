@@ -28,8 +28,9 @@ def crossed(
     if scenes.n_worlds == 1:
         start, end = (left.take(corner[:, 0], axis=1) for corner in (outline.start, outline.end))
     else:
-        corners = (scenes.by_world(corner, world)[None] for corner in (outline.start, outline.end))
-        start, end = (np.take_along_axis(left, corner, axis=1) for corner in corners)
+        n, flat = left.shape[2], left.reshape(len(left), -1)
+        corners = (scenes.by_world(n * corner, world) for corner in (outline.start, outline.end))
+        start, end = (flat.take(corner + np.arange(n), axis=1) for corner in corners)
     return (start != end) & (front[:-1] != front[1:])
 
 

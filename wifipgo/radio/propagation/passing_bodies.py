@@ -109,19 +109,22 @@ def _past_screen(
     along_m = (body_m * direction).sum(axis=-1)
     across_m = body_m[..., 1] * direction[..., 0] - body_m[..., 0] * direction[..., 1]
     beside = (along_m > _LEAST_M) & (along_m < leg_m - _LEAST_M)
-    near_m = np.where(beside, along_m, 1.0)
-    far_m = np.where(beside, leg_m - along_m, 1.0)
+    near_m, across_m = along_m[beside], across_m[beside]
+    far_m = leg_m[beside] - near_m
     right, left = (_edge(across_m + side * RADIUS_M, near_m, far_m, wavelength_m) for side in (1.0, -1.0))
-    return np.where(beside, 1.0 - (right - left), 1.0)
+    factor = np.ones(along_m.shape)
+    factor[beside] = 1.0 - (right - left)
+    return factor
 
 
 def _edge(
-    across_m: Float[np.ndarray, "links paths"],
-    near_m: Float[np.ndarray, "links paths"],
-    far_m: Float[np.ndarray, "links paths"],
+    across_m: Float[np.ndarray, " legs"],
+    near_m: Float[np.ndarray, " legs"],
+    far_m: Float[np.ndarray, " legs"],
     wavelength_m: float,
-) -> Float[np.ndarray, "links paths"]:
+) -> Float[np.ndarray, " legs"]:
     """Signed F of one edge: ``atan(pi / 2 sqrt(pi / lambda (D1 + D2 - r))) / pi``."""
-    detour_m = np.hypot(near_m, across_m) + np.hypot(far_m, across_m) - near_m - far_m
+    across2_m2 = across_m * across_m
+    detour_m = np.sqrt(near_m * near_m + across2_m2) + np.sqrt(far_m * far_m + across2_m2) - near_m - far_m
     depth = np.arctan(0.5 * np.pi * np.sqrt(np.pi / wavelength_m * np.maximum(detour_m, 0.0))) / np.pi
     return np.sign(across_m) * depth
