@@ -40,7 +40,8 @@ class EnvsConfig:
         n_workers: Processes that share them; 0: this one. Where scenarios differ in teams, rooms or lengths,
             each has one of its own if this is not 0. Results do not depend on it.
         n_phases: Groups of worlds whose episodes end at other times, so that an update learns from all parts
-            of an episode however short ppo.n_steps is; each is stepped by itself.
+            of an episode however short ppo.n_steps is; each is stepped by itself. Where scenarios differ in
+            teams, rooms or lengths, groups are of whole scenarios, and cost nothing.
     """
 
     scenario: str = "paper-sim-2"

@@ -84,11 +84,16 @@ def environments(config: TrainConfig, seed: int) -> VecNormalize:
     each = [scenarios[k % len(scenarios)] for k in range(n)]
     root = np.random.SeedSequence(seed, spawn_key=(_WORLDS,)).generate_state(1)[0]
     if are_alike(scenarios, config.envs.interface):
-        venv: VecEnv = _translated(each, config, n_workers=config.envs.n_workers)
+        venv: VecEnv = _translated(each, config, n_workers=config.envs.n_workers, phases=_phases(config, n))
     else:
-        workers = min(config.envs.n_workers, 1)
+        workers, behind = min(config.envs.n_workers, 1), _phases(config, len(scenarios))
         parts = [each[k :: len(scenarios)] for k in range(len(scenarios))]
-        venv = MixedVecEnv([_translated(part, config, n_workers=workers) for part in parts])
+        venv = MixedVecEnv(
+            [
+                _translated(part, config, n_workers=workers, phases=[phase] * len(part))
+                for part, phase in zip(parts, behind, strict=True)
+            ]
+        )
     _keep_apart(venv.seed(int(root)), config.selection.seed)
     return VecNormalize(
         venv,
@@ -99,11 +104,17 @@ def environments(config: TrainConfig, seed: int) -> VecNormalize:
     )
 
 
-def _translated(each: Sequence[Scenario], config: TrainConfig, *, n_workers: int) -> Translated:
+def _phases(config: TrainConfig, n: int) -> list[float]:
+    """Share of an episode that each of some groups has behind it at first."""
+    return [k % config.envs.n_phases / config.envs.n_phases for k in range(n)]
+
+
+def _translated(
+    each: Sequence[Scenario], config: TrainConfig, *, n_workers: int, phases: Sequence[float]
+) -> Translated:
     """One environment for each of some scenarios that are alike, as a network meets them."""
     makers = [partial(parallel_env, scenario, reward=config.envs.reward) for scenario in each]
-    phases = min(config.envs.n_phases, len(each))
-    venv = TeamVecEnv(makers, n_workers=n_workers, n_phases=phases)
+    venv = TeamVecEnv(makers, n_workers=n_workers, phases=phases)
     interface = make_interface(config.envs.interface, each[0])
     return Translated(
         VecMonitor(venv),

@@ -38,26 +38,30 @@ class TeamVecEnv(VecEnv):
     Args:
         makers: Each makes one environment; all alike (see `train._env_batch.Batch`).
         n_workers: Processes that share the environments; 0 steps them in this one.
-        n_phases: Groups whose episodes end at other times: environment k has the share ``k % n_phases /
-            n_phases`` of its first episode behind it, spent standing still, when a reset is over.
+        phases: Share of its first episode that each environment has behind it, spent standing still, when a
+            reset is over: none without. Episodes of different ones end at other times.
 
     Raises:
         ValueError: No maker, more workers than environments, or environments that do not fit together.
     """
 
-    def __init__(self, makers: Sequence[Maker], *, n_workers: int = 0, n_phases: int = 1) -> None:
+    def __init__(
+        self, makers: Sequence[Maker], *, n_workers: int = 0, phases: Sequence[float] = ()
+    ) -> None:
         """Make the environments."""
         self.n_envs = len(makers)
         require(self.n_envs >= 1, "makers", "at least one", self.n_envs)
         require(0 <= n_workers <= self.n_envs, "n_workers", f"in 0..{self.n_envs} (environments)", n_workers)
-        worlds = are_worlds(makers)
-        rule = f"in 1..{self.n_envs} (environments), and 1 unless all are partials of parallel_env"
-        require(n_phases == 1 or (worlds and 1 <= n_phases <= self.n_envs), "n_phases", rule, n_phases)
+        each = list(phases) or [0.0] * self.n_envs
+        require(len(each) == self.n_envs, "phases", f"{self.n_envs}, one an environment", len(each))
+        rule = "in [0, 1), and 0 unless all environments are partials of parallel_env"
+        within = [0.0 <= phase < 1.0 for phase in each]
+        require(not any(each) or (all(within) and are_worlds(makers)), "phases", rule, each)
         self._crews: list[Crew] = []
         shares = np.array_split(np.arange(self.n_envs), max(n_workers, 1))
         for w, share in enumerate(shares):
-            mine, phases = [makers[k] for k in share], (share % n_phases / n_phases).tolist()
-            crew: Crew = RemoteCrew(mine, f"worker {w}", phases) if n_workers else LocalCrew(mine, phases)
+            mine, behind = [makers[k] for k in share], [each[k] for k in share]
+            crew: Crew = RemoteCrew(mine, f"worker {w}", behind) if n_workers else LocalCrew(mine, behind)
             self._crews.append(crew)
         self._bounds = np.cumsum([0] + [len(share) for share in shares]).tolist()
         team = self._common_team()

@@ -76,14 +76,17 @@ def test_at_once_is_one_by_one(kind: str, n_workers: int) -> None:
 
 @pytest.mark.parametrize("n_workers", [0, 2])
 def test_worlds_in_phases_end_at_other_times(n_workers: int) -> None:
-    venv = TeamVecEnv([partial(parallel_env, "paper-sim-2", n_steps=6)] * 5, n_workers=n_workers, n_phases=3)
+    makers, phases = [partial(parallel_env, "paper-sim-2", n_steps=6)] * 5, [0.0, 1 / 3, 2 / 3, 0.0, 1 / 3]
+    venv = TeamVecEnv(makers, n_workers=n_workers, phases=phases)
     venv.seed(0)
     venv.reset()
     ends = [np.flatnonzero(venv.step(np.zeros((10, 3), np.float32))[2][::2]).tolist() for _ in range(9)]
     assert ends == [[], [2], [], [1, 4], [], [0, 3], [], [2], []]
     venv.close()
-    with pytest.raises(ValueError, match=r"n_phases must be in 1\.\.3 .* unless all are partials"):
-        TeamVecEnv(one_by_one(KINDS["one scenario"]), n_phases=2)
+    with pytest.raises(ValueError, match=r"phases must be in \[0, 1\), and 0 unless all"):
+        TeamVecEnv(one_by_one(KINDS["one scenario"]), phases=[0.0, 0.5, 0.0])
+    with pytest.raises(ValueError, match="phases must be 5, one an environment, got 2"):
+        TeamVecEnv(makers, phases=[0.0, 0.5])
 
 
 def test_what_was_handed_out_stays() -> None:
