@@ -177,7 +177,7 @@ class Floor:
         cell = np.clip((p_m / self._cell_m).astype(int), 0, len(self._part) - 1)
         return self._near[cell[:, 0], cell[:, 1]].astype(np.int64)
 
-    @property
+    @functools.cached_property
     def largest(self) -> int:
         """Number of the part with most cells; 0 if no robot fits anywhere."""
         cells = np.bincount(self._part.ravel())[1:]

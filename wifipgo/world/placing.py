@@ -1,13 +1,13 @@
 """Boxes and starts at random places: tried one after the other, each kept if it fits beside those before.
 
-Rejection takes many tries where a room is nearly full, so boxes are drawn and looked over by the hundred, and
-only those that may fit are measured one by one. What is drawn and kept is as if each were tried by itself.
+Rejection takes many tries where a room is nearly full, so boxes are drawn and measured by the hundred, and again
+beside each that is kept. What is drawn and kept is as if each were tried by itself.
 """
 
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float, Int
 from scipy.spatial import cKDTree
 
 from wifipgo import segments
@@ -53,14 +53,13 @@ def random_obstacles(cfg: ArenaConfig, *, rng: np.random.Generator) -> list[Floa
     boxes: list[np.ndarray] = []
     if not cfg.n_obstacles and not goal_m2:
         return boxes
-    outlines, tries = Outlines([np.array(corners) for corners in cfg.obstacles_m]), _Tries(cfg, rng)
-    for number, box in tries.plausible(boxes):
+    by_hand, tries = Outlines([np.array(corners) for corners in cfg.obstacles_m]), _Tries(cfg, rng)
+    for number, box in tries.beside(boxes):
         if number - last > _TRIES:
             _refuse_boxes(cfg, len(boxes), covered_m2)
-        if box is None or not _fits(box, outlines, cfg):
+        if box is None or not _fits(box, by_hand, cfg):
             continue
         boxes.append(box)
-        outlines.add(box)
         covered_m2, last = covered_m2 + area_m2(box), number
         if len(boxes) >= cfg.n_obstacles and covered_m2 >= goal_m2:
             break
@@ -83,8 +82,8 @@ class _Tries:
         high = [cfg.obstacle_max_m, cfg.obstacle_max_m, 0.5 * np.pi, cfg.size_m, cfg.size_m]
         return self._rng.uniform(low, high, (count, 5))
 
-    def plausible(self, placed: Sequence[np.ndarray]) -> Iterator[tuple[int, np.ndarray | None]]:
-        """Number, from 1 on, and corners of each box that may fit; after a batch its last number and None.
+    def beside(self, placed: Sequence[np.ndarray]) -> Iterator[tuple[int, np.ndarray | None]]:
+        """Number, from 1 on, and corners of each box beside those placed; after a batch its last and None.
 
         Args:
             placed: Boxes so far; it may grow meanwhile.
@@ -92,8 +91,15 @@ class _Tries:
         while True:
             self._state = self._rng.bit_generator.state
             drawn = self._drawn(_BATCH)
-            for k in np.flatnonzero(_may_fit(drawn, placed, self._cfg)).tolist():
-                yield self._n_before + k + 1, _corners_of(drawn[k])
+            left, corners_m = _beside(drawn, placed, self._cfg)
+            while len(left):
+                known = len(placed)
+                yield self._n_before + int(left[0]) + 1, _corners_of(drawn[left[0]])
+                left = left[1:]
+                for box_m in placed[known:]:
+                    near = _within(drawn[left, 3:], box_m, _reach_m(self._cfg))
+                    gap_m = _box_gaps(corners_m[left[near]], box_m[None])
+                    left = np.delete(left, near[gap_m < self._cfg.clearance_m])
             self._n_before += _BATCH
             yield self._n_before, None
 
@@ -110,22 +116,34 @@ def _corners_of(drawn: Float[np.ndarray, "5"]) -> Float[np.ndarray, "4 2"]:
     return drawn[3:] + (_CORNERS * half) @ turn.T
 
 
-def _may_fit(
+def _beside(
     drawn: Float[np.ndarray, "boxes 5"], placed: Sequence[np.ndarray], cfg: ArenaConfig
-) -> Bool[np.ndarray, " boxes"]:
-    """Which boxes are neither surely too near to a wall nor surely too near to a box that is placed."""
+) -> tuple[Int[np.ndarray, " left"], Float[np.ndarray, "boxes 4 2"]]:
+    """Boxes not surely too near to a wall, nor too near to a box that is placed, and the corners of all."""
     corners_m = _all_corners(drawn)
     wall_m = np.minimum(corners_m, cfg.size_m - corners_m).min(axis=(1, 2))
-    may: np.ndarray = wall_m >= cfg.clearance_m - SURELY_M
-    if placed and may.any():
-        own, others_m = np.flatnonzero(may), np.array(placed)
-        reach_m = cfg.clearance_m + np.sqrt(2.0) * cfg.obstacle_max_m
-        trees = (cKDTree(points_m) for points_m in (drawn[own, 3:], others_m.mean(axis=1)))
-        pairs = next(trees).sparse_distance_matrix(next(trees), reach_m, output_type="ndarray")
-        a_m, b_m = corners_m[own[pairs["i"]]], others_m[pairs["j"]]
-        gap_m = np.minimum(_corners_to_box(a_m, b_m), _corners_to_box(b_m, a_m))
-        may[own[pairs["i"][gap_m < cfg.clearance_m - SURELY_M]]] = False
-    return may
+    left = np.flatnonzero(wall_m >= cfg.clearance_m - SURELY_M)
+    if placed and len(left):
+        others_m, may = np.array(placed), np.ones(len(left), dtype=bool)
+        trees = (cKDTree(points_m) for points_m in (drawn[left, 3:], others_m.mean(axis=1)))
+        pairs = next(trees).sparse_distance_matrix(next(trees), _reach_m(cfg), output_type="ndarray")
+        gap_m = _box_gaps(corners_m[left[pairs["i"]]], others_m[pairs["j"]])
+        may[pairs["i"][gap_m < cfg.clearance_m]] = False
+        left = left[may]
+    return left, corners_m
+
+
+def _reach_m(cfg: ArenaConfig) -> float:
+    """From middle to middle: boxes farther apart leave a passage."""
+    return cfg.clearance_m + float(np.sqrt(2.0)) * cfg.obstacle_max_m
+
+
+def _within(
+    middle_m: Float[np.ndarray, "boxes 2"], box_m: Float[np.ndarray, "4 2"], reach_m: float
+) -> Int[np.ndarray, " near"]:
+    """Which boxes have their middle within reach of that of another."""
+    x_m, y_m = (middle_m - box_m.mean(axis=0)).T
+    return np.flatnonzero(x_m * x_m + y_m * y_m <= reach_m * reach_m)
 
 
 def _all_corners(drawn: Float[np.ndarray, "boxes 5"]) -> Float[np.ndarray, "boxes 4 2"]:
@@ -135,37 +153,54 @@ def _all_corners(drawn: Float[np.ndarray, "boxes 5"]) -> Float[np.ndarray, "boxe
     return drawn[:, None, 3:] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
 
 
-def _corners_to_box(
-    corners_m: Float[np.ndarray, "pairs 4 2"], box_m: Float[np.ndarray, "pairs 4 2"]
+def _along_sides(
+    corners_m: Float[np.ndarray, "#pairs 4 2"], box_m: Float[np.ndarray, "#pairs 4 2"]
+) -> tuple[Float[np.ndarray, "pairs 4 2"], Float[np.ndarray, "#pairs 2"]]:
+    """Corners in the frame of a box, from its middle along its sides, and half of its sides."""
+    side = box_m[:, 1:3] - box_m[:, :2]
+    length_m = np.hypot(side[..., 0], side[..., 1])
+    along_m = (corners_m - box_m.mean(axis=1)[:, None]) @ (side / length_m[..., None]).swapaxes(1, 2)
+    return along_m, 0.5 * length_m
+
+
+def _nearest(
+    along_m: Float[np.ndarray, "pairs 4 2"], half_m: Float[np.ndarray, "#pairs 2"]
 ) -> Float[np.ndarray, " pairs"]:
-    """Distance of the nearest of some corners from a box: no more than that of what they are corners of."""
-    middle_m = box_m.mean(axis=1)[:, None]
-    out_m = np.zeros(corners_m.shape)
-    for axis in (0, 1):
-        edge_m = box_m[:, axis + 1] - box_m[:, axis]
-        side_m = np.hypot(edge_m[:, 0], edge_m[:, 1])[:, None]
-        along_m = ((corners_m - middle_m) * edge_m[:, None]).sum(axis=-1) / side_m
-        out_m[..., axis] = np.maximum(np.abs(along_m) - 0.5 * side_m, 0.0)
+    """Distance of the nearest of such corners from the box."""
+    out_m = np.maximum(np.abs(along_m) - half_m[:, None], 0.0)
     distance_m: np.ndarray = np.hypot(out_m[..., 0], out_m[..., 1]).min(axis=1)
     return distance_m
 
 
-def _fits(box: np.ndarray, placed: Outlines, cfg: ArenaConfig) -> bool:
-    """Whether a box leaves a passage to the walls and to what is placed, and room around given starts."""
+def _fits(box: np.ndarray, by_hand: Outlines, cfg: ArenaConfig) -> bool:
+    """Whether a box leaves a passage to the walls and to what was placed by hand, and room around starts."""
     if box.min() < cfg.clearance_m or box.max() > cfg.size_m - cfg.clearance_m:
         return False
-    near = placed.nearer(box.min(axis=0), box.max(axis=0), cfg.clearance_m)
-    if any(_box_gap(box, other) < cfg.clearance_m for other in near.values()):
+    near = by_hand.nearer(box.min(axis=0), box.max(axis=0), cfg.clearance_m)
+    if any(_polygon_gap(box, other) < cfg.clearance_m for other in near.values()):
         return False
     starts_m = np.array(cfg.starts).reshape(-1, 3)[:, :2]
-    return bool(gap_to_obstacles(starts_m, [box]).min(initial=np.inf) > 2.0 * cfg.robot_radius_m)
+    return not cfg.starts or bool(gap_to_obstacles(starts_m, [box]).min() > 2.0 * cfg.robot_radius_m)
 
 
-def _box_gap(a: np.ndarray, b: np.ndarray) -> float:
+def _polygon_gap(a: np.ndarray, b: np.ndarray) -> float:
     """Distance between two polygons, 0 if they overlap."""
     if segments.crossings(a, np.roll(a, -1, axis=0), segments.polygon_edges(b)).any():
         return 0.0
     return float(min(gap_to_obstacles(a, [b]).min(), gap_to_obstacles(b, [a]).min()))
+
+
+def _box_gaps(
+    a_m: Float[np.ndarray, "#boxes 4 2"], b_m: Float[np.ndarray, "#boxes 4 2"]
+) -> Float[np.ndarray, " boxes"]:
+    """Distances between boxes, 0 where they overlap: where no side of either parts them."""
+    gap_m, apart = np.inf, np.False_
+    for corners_m, box_m in ((a_m, b_m), (b_m, a_m)):
+        along_m, half_m = _along_sides(corners_m, box_m)
+        gap_m = np.minimum(gap_m, _nearest(along_m, half_m))
+        parted = (along_m.min(axis=1) > half_m) | (along_m.max(axis=1) < -half_m)
+        apart = apart | parted.any(axis=-1)
+    return np.where(apart, gap_m, 0.0)
 
 
 def _shrunk(box: np.ndarray, factor: float) -> np.ndarray:

@@ -4,6 +4,7 @@ The field is vertical, so it is perpendicular to the plane of incidence on every
 (TE). Time factor ``exp(+j 2 pi f t)``: a lossy permittivity has a negative imaginary part.
 """
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -88,6 +89,7 @@ class Slab:
         return relative_permittivity(material, carrier_hz)
 
 
+@functools.lru_cache(maxsize=256)
 def relative_permittivity(material: Material, carrier_hz: float) -> complex:
     """Complex relative permittivity ``a g^b - j sigma / (2 pi f eps0)`` (ITU-R P.2040-3).
 
