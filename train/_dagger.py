@@ -16,8 +16,8 @@ from torch.nn.functional import mse_loss
 
 from baselines.policies import TeamsPolicy, make_policy
 from train._config import ImitationConfig, TrainConfig
-from train._interface_vec_env import Translated
-from train._rollouts import rounded_up, scenarios_of, translated_of
+from train._rollouts import rounded_up, scenarios_of, teams_of
+from train._vec_env import TeamVecEnv
 
 _STREAM = 0xDA6
 _VALUE_WEIGHT = 0.25
@@ -71,7 +71,7 @@ class _Scripts:
     """Policies that drive the teams of all environments, those of one part after the other."""
 
     def __init__(self, norm: VecNormalize, config: TrainConfig) -> None:
-        drivers, parts, n = teachers(config), translated_of(norm), config.envs.n_envs
+        drivers, parts, n = teachers(config), teams_of(norm), config.envs.n_envs
         alone = [
             (part, [driver], range(k, n, len(parts)))
             for k, (part, driver) in enumerate(zip(parts, drivers, strict=False))
@@ -101,9 +101,9 @@ class _Scripts:
 class _PartScripts:
     """Policies that drive the teams of environments that are alike, one a scenario."""
 
-    def __init__(self, translated: Translated, drivers: Sequence[TeamsPolicy], seeds: Sequence[int]) -> None:
-        self._translated, self._seeds = translated, list(seeds)
-        self.n_teams, self.n_rows = len(self._seeds), translated.num_envs
+    def __init__(self, venv: TeamVecEnv, drivers: Sequence[TeamsPolicy], seeds: Sequence[int]) -> None:
+        self._venv, self._seeds = venv, list(seeds)
+        self.n_teams, self.n_rows = len(self._seeds), venv.num_envs
         self.team_sizes = np.full(self.n_teams, self.n_rows // self.n_teams)
         self._episodes, teams = [0] * self.n_teams, np.arange(self.n_teams)
         # Environment k plays scenario k, those after the last the first again, and so on.
@@ -114,12 +114,13 @@ class _PartScripts:
 
     def answers(self) -> np.ndarray:
         """What the scripts would do now, as answers of a network."""
-        rows = self._translated.rows
+        rows, interface = self._venv.seen, self._venv.interface
+        assert interface is not None
         teams = rows.reshape(self.n_teams, -1, rows.shape[1])
         actions = np.empty((*teams.shape[:2], 3), dtype=np.float32)
         for mine, driver in self._drivers:
             actions[mine] = driver.act_rows(teams[mine])
-        return self._translated.interface.answers(actions.reshape(-1, 3))
+        return interface.answers(actions.reshape(-1, 3))
 
     def ended(self, dones: Bool[np.ndarray, " rows"]) -> None:
         """Some rows' episodes are over."""

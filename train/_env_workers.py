@@ -13,6 +13,7 @@ import cloudpickle
 import numpy as np
 
 from train._env_batch import Batch, Maker
+from train._shown_batch import ShownBatch, Showing
 from train._world_batch import WorldBatch, are_worlds
 from wifipgo.command.processes import one_thread_each, settle_in
 
@@ -49,9 +50,12 @@ class LocalCrew:
 
     rows: np.ndarray | None = None
 
-    def __init__(self, makers: Sequence[Maker], phases: Sequence[float] = ()) -> None:
+    def __init__(
+        self, makers: Sequence[Maker], phases: Sequence[float] = (), showing: Showing | None = None
+    ) -> None:
         """Make the environments."""
-        self.n_envs, self._batch, self._asked = len(makers), batch_of(makers, phases), ("team", ())
+        self.n_envs, self._asked = len(makers), ("team", ())
+        self._batch = batch_of(makers, phases, showing)
 
     def ask(self, name: str, *args: Any) -> None:
         """Remember what to do."""
@@ -76,14 +80,21 @@ class RemoteCrew:
         makers: Functions; cloudpickle takes them there, so lambdas and closures will do.
         name: Of the process, for messages.
         phases: See `train._world_batch.WorldBatch`.
+        showing: As what observations are shown, and actions taken; as they are without.
     """
 
-    def __init__(self, makers: Sequence[Maker], name: str, phases: Sequence[float] = ()) -> None:
+    def __init__(
+        self,
+        makers: Sequence[Maker],
+        name: str,
+        phases: Sequence[float] = (),
+        showing: Showing | None = None,
+    ) -> None:
         """Start the process; it makes the environments meanwhile."""
         self.n_envs = len(makers)
         spawn = multiprocessing.get_context("spawn")
         self._pipe, theirs = spawn.Pipe()
-        packed = cloudpickle.dumps((list(makers), list(phases)))
+        packed = cloudpickle.dumps((list(makers), list(phases), showing))
         self._process = spawn.Process(target=_serve, args=(theirs, packed), name=name, daemon=True)
         with one_thread_each():
             self._process.start()
@@ -147,12 +158,18 @@ class RemoteCrew:
         )
 
 
-def batch_of(makers: Sequence[Maker], phases: Sequence[float]) -> Batch | WorldBatch:
+AnyBatch = Batch | WorldBatch | ShownBatch
+
+
+def batch_of(makers: Sequence[Maker], phases: Sequence[float], showing: Showing | None = None) -> AnyBatch:
     """Worlds that are stepped at once where they can be, else one environment after the other."""
-    return WorldBatch(makers, phases) if are_worlds(makers) else Batch(makers)
+    if not are_worlds(makers):
+        return Batch(makers)
+    worlds = WorldBatch(makers, phases)
+    return worlds if showing is None else ShownBatch(worlds, showing)
 
 
-def _done(batch: Batch | WorldBatch, name: str, args: tuple[Any, ...]) -> Any:
+def _done(batch: AnyBatch, name: str, args: tuple[Any, ...]) -> Any:
     found = getattr(batch, name)
     return found(*args) if callable(found) else found
 
@@ -160,7 +177,7 @@ def _done(batch: Batch | WorldBatch, name: str, args: tuple[Any, ...]) -> Any:
 def _serve(pipe: Connection, packed: bytes) -> None:
     """Life of a worker: make the environments, answer until the pipe is closed."""
     settle_in()
-    batch: Batch | WorldBatch | None = None
+    batch: AnyBatch | None = None
     memory: list[SharedMemory] = []
     name: str = "team"
     args: tuple[Any, ...] = ()

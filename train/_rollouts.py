@@ -13,8 +13,8 @@ from baselines.policies.learned.training_scenarios import scenario_varied
 from baselines.suite.definition import ROOTS
 from envs.rendezvous_v0 import parallel_env
 from train._config import HELD_OUT_SEED, TrainConfig
-from train._interface_vec_env import Translated
 from train._mixed_vec_env import MixedVecEnv
+from train._shown_batch import Showing
 from train._vec_env import TeamVecEnv
 from wifipgo.coerce import key_value
 from wifipgo.errors import require
@@ -84,13 +84,13 @@ def environments(config: TrainConfig, seed: int) -> VecNormalize:
     each = [scenarios[k % len(scenarios)] for k in range(n)]
     root = np.random.SeedSequence(seed, spawn_key=(_WORLDS,)).generate_state(1)[0]
     if are_alike(scenarios, config.envs.interface):
-        venv: VecEnv = _translated(each, config, n_workers=config.envs.n_workers, phases=_phases(config, n))
+        venv: VecEnv = _shown(each, config, n_workers=config.envs.n_workers, phases=_phases(config, n))
     else:
         workers, behind = min(config.envs.n_workers, 1), _phases(config, len(scenarios))
         parts = [each[k :: len(scenarios)] for k in range(len(scenarios))]
         venv = MixedVecEnv(
             [
-                _translated(part, config, n_workers=workers, phases=[phase] * len(part))
+                _shown(part, config, n_workers=workers, phases=[phase] * len(part))
                 for part, phase in zip(parts, behind, strict=True)
             ]
         )
@@ -109,34 +109,29 @@ def _phases(config: TrainConfig, n: int) -> list[float]:
     return [k % config.envs.n_phases / config.envs.n_phases for k in range(n)]
 
 
-def _translated(
+def _shown(
     each: Sequence[Scenario], config: TrainConfig, *, n_workers: int, phases: Sequence[float]
-) -> Translated:
+) -> VecMonitor:
     """One environment for each of some scenarios that are alike, as a network meets them."""
-    makers = [partial(parallel_env, scenario, reward=config.envs.reward) for scenario in each]
-    venv = TeamVecEnv(makers, n_workers=n_workers, phases=phases)
-    interface = make_interface(config.envs.interface, each[0])
-    return Translated(
-        VecMonitor(venv),
-        interface,
-        endless=config.envs.endless,
-        critic=config.ppo.critic,
-        n_robots=each[0].n_robots,
-    )
+    envs = config.envs
+    makers = [partial(parallel_env, scenario, reward=envs.reward) for scenario in each]
+    showing = Showing(envs.interface, each[0], endless=envs.endless, critic=config.ppo.critic)
+    return VecMonitor(TeamVecEnv(makers, n_workers=n_workers, phases=phases, showing=showing))
 
 
-def translated_of(norm: VecNormalize) -> tuple[Translated, ...]:
-    """The wrappers under the normalisation, one for all scenarios or one for each.
+def teams_of(norm: VecNormalize) -> tuple[TeamVecEnv, ...]:
+    """The teams under the normalisation, one for all scenarios or one for each.
 
     Raises:
         TypeError: It was made of other environments.
     """
     venv = norm.venv
     found = venv.parts if isinstance(venv, MixedVecEnv) else (venv,)
-    parts = tuple(part for part in found if isinstance(part, Translated))
-    if len(parts) != len(found):
+    parts = tuple(part.unwrapped for part in found)
+    teams = tuple(part for part in parts if isinstance(part, TeamVecEnv))
+    if len(teams) != len(parts):
         raise TypeError(f"environments of a training must be those of train._rollouts, got {type(venv)}")
-    return parts
+    return teams
 
 
 def _keep_apart(seeds: object, selection_seed: int) -> None:

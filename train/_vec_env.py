@@ -17,6 +17,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 from envs.rendezvous_v0 import parallel_env
 from train._env_batch import InfoTable, Maker, Outcome, Rows, Team
 from train._env_workers import Crew, LocalCrew, RemoteCrew
+from train._shown_batch import Showing
 from train._world_batch import are_worlds
 from wifipgo.errors import require
 
@@ -40,13 +41,22 @@ class TeamVecEnv(VecEnv):
         n_workers: Processes that share the environments; 0 steps them in this one.
         phases: Share of its first episode that each environment has behind it, spent standing still, when a
             reset is over: none without. Episodes of different ones end at other times.
+        showing: As what observations are shown, and actions taken; as they are without.
+
+    Attributes:
+        interface: That of ``showing``, None without.
 
     Raises:
         ValueError: No maker, more workers than environments, or environments that do not fit together.
     """
 
     def __init__(
-        self, makers: Sequence[Maker], *, n_workers: int = 0, phases: Sequence[float] = ()
+        self,
+        makers: Sequence[Maker],
+        *,
+        n_workers: int = 0,
+        phases: Sequence[float] = (),
+        showing: Showing | None = None,
     ) -> None:
         """Make the environments."""
         self.n_envs = len(makers)
@@ -54,14 +64,17 @@ class TeamVecEnv(VecEnv):
         require(0 <= n_workers <= self.n_envs, "n_workers", f"in 0..{self.n_envs} (environments)", n_workers)
         each = list(phases) or [0.0] * self.n_envs
         require(len(each) == self.n_envs, "phases", f"{self.n_envs}, one an environment", len(each))
-        rule = "in [0, 1), and 0 unless all environments are partials of parallel_env"
+        worlds, rule = are_worlds(makers), "in [0, 1), and 0 unless all environments are partials of parallel_env"
         within = [0.0 <= phase < 1.0 for phase in each]
-        require(not any(each) or (all(within) and are_worlds(makers)), "phases", rule, each)
+        require(not any(each) or (all(within) and worlds), "phases", rule, each)
+        require(showing is None or worlds, "showing", "None unless all are partials of parallel_env", showing)
+        self.interface = None if showing is None else showing.made()
         self._crews: list[Crew] = []
         shares = np.array_split(np.arange(self.n_envs), max(n_workers, 1))
         for w, share in enumerate(shares):
             mine, behind = [makers[k] for k in share], [each[k] for k in share]
-            crew: Crew = RemoteCrew(mine, f"worker {w}", behind) if n_workers else LocalCrew(mine, behind)
+            what = (behind, showing)
+            crew: Crew = RemoteCrew(mine, f"worker {w}", *what) if n_workers else LocalCrew(mine, *what)
             self._crews.append(crew)
         self._bounds = np.cumsum([0] + [len(share) for share in shares]).tolist()
         team = self._common_team()
@@ -125,6 +138,11 @@ class TeamVecEnv(VecEnv):
             np.concatenate([part.dones for part in parts]),
             list(chain.from_iterable(map(_by_row, parts))),
         )
+
+    @property
+    def seen(self) -> np.ndarray:
+        """Observations as the worlds gave them, where something else is shown of them."""
+        return np.concatenate(self._ask_all("seen", [()] * len(self._crews)))
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """An attribute of the environment of each row."""

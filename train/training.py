@@ -26,12 +26,12 @@ from train._config import TrainConfig
 from train._config_files import changed_fields, command_of, record_of
 from train._dagger import imitate, teachers
 from train._export import exported
-from train._interface_vec_env import n_for_critic
 from train._learning_curve import LEARNED, Curve, arrays_of_table, table_of
 from train._model_arrays import arrays_of, begin_with, restore
 from train._rays_policy import RaysPolicy
 from train._rollouts import environments, rows_of, scenarios_of, selected_scenarios
 from train._run_folder import claim
+from train._shown_batch import n_for_critic
 from train._versions import versions
 from train._yaml import read_settings, written
 from wifipgo.command.terminal import say
@@ -44,6 +44,8 @@ from wifipgo.threads import one_thread
 
 __all__ = ["Run", "digest", "make_model", "train"]
 
+# Of torch, whatever the machine has: with other numbers sums are ordered anew.
+_THREADS = 2
 # Each time a run is continued, its worlds follow another root.
 _RESUMED = 7_919
 _KIND = "train.ppo"
@@ -62,7 +64,7 @@ def train(config: TrainConfig, *, console: Console | None = None) -> "Run":
         ValueError: A setting that is refused, or a checkpoint that does not fit; nothing was changed.
         OSError: A folder that cannot be written.
     """
-    torch.set_num_threads(1)  # small networks: more threads cost more than they bring, and order sums anew
+    torch.set_num_threads(_THREADS)
     torch.distributions.Distribution.set_default_validate_args(
         False
     )  # of our own network: a tenth of a choice

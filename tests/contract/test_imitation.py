@@ -5,7 +5,7 @@ import numpy as np
 from baselines.policies import make_policy
 from train._config import EnvsConfig, ImitationConfig, TrainConfig
 from train._dagger import _Scripts
-from train._rollouts import environments, scenarios_of, translated_of
+from train._rollouts import environments, scenarios_of, teams_of
 
 
 def test_scripts_are_those_of_each_environment_alone() -> None:
@@ -17,7 +17,7 @@ def test_scripts_are_those_of_each_environment_alone() -> None:
     )
     norm = environments(config, config.seed)
     norm.reset()
-    scripts, (translated,) = _Scripts(norm, config), translated_of(norm)
+    scripts, (translated,) = _Scripts(norm, config), teams_of(norm)
     scenarios = [scenarios_of(config)[k % 2] for k in range(3)]
     alone = [make_policy("frontier_home", scenario) for scenario in scenarios]
     episodes = [0, 0, 0]
@@ -26,7 +26,7 @@ def test_scripts_are_those_of_each_environment_alone() -> None:
     ends = np.array([[0, 0, 0], [0, 1, 0], [0, 0, 0], [1, 1, 0], [0, 0, 0]], dtype=bool)
     for over in ends:
         answers = scripts.answers()
-        teams = translated.rows.reshape(3, 2, -1)
+        teams = translated.seen.reshape(3, 2, -1)
         expected = [
             list(policy.act({"robot_0": team[0], "robot_1": team[1]}).values())
             for policy, team in zip(alone, teams, strict=True)

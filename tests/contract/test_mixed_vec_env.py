@@ -18,7 +18,7 @@ from train._config import EnvsConfig, ImitationConfig, TrainConfig
 from train._config_files import changed_fields, read_yaml, record_of
 from train._dagger import _Scripts, teachers
 from train._mixed_vec_env import MixedVecEnv
-from train._rollouts import environments, rows_of, scenarios_of, translated_of
+from train._rollouts import environments, rows_of, scenarios_of, teams_of
 from train.training import train
 
 OTHERS = ("paper-hw-2 n_robots=3 size_m=14", "paper-sim-2 obstacle_density=0.1")
@@ -51,7 +51,7 @@ def test_scripts_of_all_teams_are_those_of_each(tmp_path: Path) -> None:
     assert isinstance(venv, MixedVecEnv)
     assert rows_of(config) == venv.num_envs == 7
     norm.reset()
-    scripts, parts = _Scripts(norm, config), translated_of(norm)
+    scripts, parts = _Scripts(norm, config), teams_of(norm)
     for _ in range(3):
         found = scripts.answers()
         norm.step(found)
@@ -60,12 +60,12 @@ def test_scripts_of_all_teams_are_those_of_each(tmp_path: Path) -> None:
         alone = make_policy("active", scenario)
         alone.reset_rows([config.seed + k])
         expected.append(alone)
-    assert [len(part.rows) for part in parts] == [2, 3, 2]
+    assert [len(part.seen) for part in parts] == [2, 3, 2]
     assert scripts.by_row(np.array([True, False, True])).tolist() == [True] * 2 + [False] * 3 + [True] * 2
     norm.reset()
     anew = _Scripts(norm, config).answers()
     each = [
-        part.interface.answers(alone.act_rows(part.rows[None]).reshape(-1, 3))
+        part.interface.answers(alone.act_rows(part.seen[None]).reshape(-1, 3))
         for part, alone in zip(parts, expected, strict=True)
     ]
     np.testing.assert_array_equal(anew, np.concatenate(each))
@@ -118,11 +118,11 @@ def test_who_is_imitated_is_chosen_by_scenario(tmp_path: Path) -> None:
     norm = environments(config, 0)
     norm.reset()
     scripts = _Scripts(norm, config)
-    said, (_, part) = scripts.answers(), translated_of(norm)
+    said, (_, part) = scripts.answers(), teams_of(norm)
     voronoi = make_policy("voronoi", scenarios_of(config)[1])
     n_teams = part.num_envs // 3
     voronoi.reset_rows([config.seed + 2 * k + 1 for k in range(n_teams)], [0] * n_teams)
-    actions = voronoi.act_rows(part.rows.reshape(n_teams, 3, -1))
+    actions = voronoi.act_rows(part.seen.reshape(n_teams, 3, -1))
     np.testing.assert_array_equal(said[-part.num_envs :], part.interface.answers(actions.reshape(-1, 3)))
     with pytest.raises(ValueError, match=r"unknown scenario of imitation\.instead 'paper-sim-50'; known:"):
         replace(config, imitation=replace(imitation, instead=("voronoi in paper-sim-50",)))

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 from train._config import EnvsConfig, PpoConfig, TrainConfig
-from train._rollouts import environments, translated_of
+from train._rollouts import environments, teams_of
 from train._truths import N_TRUTH
 
 MIXED = EnvsConfig(n_envs=2, others=("paper-sim-2 n_robots=3",), overrides=("n_steps=4",), interface="trail")
@@ -17,7 +17,7 @@ MIXED = EnvsConfig(n_envs=2, others=("paper-sim-2 n_robots=3",), overrides=("n_s
 def test_truth_and_means_of_the_team_follow_what_is_shown() -> None:
     """Two robots, then three; the reckoning takes one robot after the other."""
     norm = environments(TrainConfig(envs=MIXED, ppo=PpoConfig(critic="team")), seed=0)
-    n_shown, n_whole = (getattr(translated_of(norm)[0].interface, name) for name in ("n_shown", "n_whole"))
+    n_shown, n_whole = (getattr(teams_of(norm)[0].interface, name) for name in ("n_shown", "n_whole"))
     norm.reset()
     first = np.asarray(norm.get_original_obs())
     assert not first[:, n_shown : n_shown + 2 * N_TRUTH].any()  # nobody is told the truth of a beginning

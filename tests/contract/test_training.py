@@ -131,8 +131,8 @@ def test_a_run_begins_with_no_network_of_another_shape(tmp_path: Path, done: Run
     assert not later.out.exists()
 
 
-def test_torch_is_left_at_one_thread(done: Run) -> None:
-    assert torch.get_num_threads() == 1
+def test_torch_has_the_same_threads_on_every_machine(done: Run) -> None:
+    assert torch.get_num_threads() == 2
     assert run_episode(done.scenario, "random", 1).figures["n_steps"] == 10
 
 
