@@ -114,13 +114,12 @@ class _PartScripts:
 
     def answers(self) -> np.ndarray:
         """What the scripts would do now, as answers of a network."""
-        rows, interface = self._venv.seen, self._venv.interface
-        assert interface is not None
+        rows = self._venv.seen
         teams = rows.reshape(self.n_teams, -1, rows.shape[1])
         actions = np.empty((*teams.shape[:2], 3), dtype=np.float32)
         for mine, driver in self._drivers:
             actions[mine] = driver.act_rows(teams[mine])
-        return interface.answers(actions.reshape(-1, 3))
+        return self._venv.interface.answers(actions.reshape(-1, 3))
 
     def ended(self, dones: Bool[np.ndarray, " rows"]) -> None:
         """Some rows' episodes are over."""

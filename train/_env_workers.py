@@ -13,7 +13,7 @@ import cloudpickle
 import numpy as np
 
 from train._env_batch import Batch, Maker
-from train._shown_batch import ShownBatch, Showing
+from train._shown_batch import Showing, ShownBatch
 from train._world_batch import WorldBatch, are_worlds
 from wifipgo.command.processes import one_thread_each, settle_in
 

@@ -14,6 +14,7 @@ from gymnasium import spaces
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
+from baselines.policies.learned.interfaces import Interface
 from envs.rendezvous_v0 import parallel_env
 from train._env_batch import InfoTable, Maker, Outcome, Rows, Team
 from train._env_workers import Crew, LocalCrew, RemoteCrew
@@ -44,11 +45,13 @@ class TeamVecEnv(VecEnv):
         showing: As what observations are shown, and actions taken; as they are without.
 
     Attributes:
-        interface: That of ``showing``, None without.
+        interface: That of ``showing``; there is none without.
 
     Raises:
         ValueError: No maker, more workers than environments, or environments that do not fit together.
     """
+
+    interface: Interface
 
     def __init__(
         self,
@@ -64,11 +67,12 @@ class TeamVecEnv(VecEnv):
         require(0 <= n_workers <= self.n_envs, "n_workers", f"in 0..{self.n_envs} (environments)", n_workers)
         each = list(phases) or [0.0] * self.n_envs
         require(len(each) == self.n_envs, "phases", f"{self.n_envs}, one an environment", len(each))
-        worlds, rule = are_worlds(makers), "in [0, 1), and 0 unless all environments are partials of parallel_env"
-        within = [0.0 <= phase < 1.0 for phase in each]
+        worlds, within = are_worlds(makers), [0.0 <= phase < 1.0 for phase in each]
+        rule = "in [0, 1), and 0 unless all environments are partials of parallel_env"
         require(not any(each) or (all(within) and worlds), "phases", rule, each)
         require(showing is None or worlds, "showing", "None unless all are partials of parallel_env", showing)
-        self.interface = None if showing is None else showing.made()
+        if showing is not None:
+            self.interface = showing.made()
         self._crews: list[Crew] = []
         shares = np.array_split(np.arange(self.n_envs), max(n_workers, 1))
         for w, share in enumerate(shares):

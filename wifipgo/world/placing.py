@@ -1,7 +1,7 @@
 """Boxes and starts at random places: tried one after the other, each kept if it fits beside those before.
 
-Rejection takes many tries where a room is nearly full, so boxes are drawn and measured by the hundred, and again
-beside each that is kept. What is drawn and kept is as if each were tried by itself.
+Rejection takes many tries where a room is nearly full, so boxes are drawn and measured by the hundred, and
+again beside each that is kept. What is drawn and kept is as if each were tried by itself.
 """
 
 from collections.abc import Iterator, Sequence
