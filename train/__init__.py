@@ -18,6 +18,7 @@ check_floors("wifipgo", "envs", "baselines")
 
 if TYPE_CHECKING:
     from train._config import EnvsConfig, TrainConfig
+    from train._config_files import read_yaml
     from train._interface_env import TranslatedEnv
     from train._rollouts import environments
     from train._vec_env import TeamVecEnv, rendezvous_vec_env
@@ -28,6 +29,7 @@ __all__ = [
     "TrainConfig",
     "TranslatedEnv",
     "environments",
+    "read_yaml",
     "rendezvous_vec_env",
 ]
 
@@ -37,6 +39,7 @@ _HOMES = {
     "TrainConfig": "_config",
     "TranslatedEnv": "_interface_env",
     "environments": "_rollouts",
+    "read_yaml": "_config_files",
     "rendezvous_vec_env": "_vec_env",
 }
 

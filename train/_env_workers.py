@@ -76,6 +76,9 @@ class LocalCrew:
 class RemoteCrew:
     """Environments of another process.
 
+    Attributes:
+        pipe: Becomes readable when there is an answer.
+
     Args:
         makers: Functions; cloudpickle takes them there, so lambdas and closures will do.
         name: Of the process, for messages.
@@ -93,7 +96,7 @@ class RemoteCrew:
         """Start the process; it makes the environments meanwhile."""
         self.n_envs = len(makers)
         spawn = multiprocessing.get_context("spawn")
-        self._pipe, theirs = spawn.Pipe()
+        self.pipe, theirs = spawn.Pipe()
         packed = cloudpickle.dumps((list(makers), list(phases), showing))
         self._process = spawn.Process(target=_serve, args=(theirs, packed), name=name, daemon=True)
         with one_thread_each():
@@ -113,7 +116,7 @@ class RemoteCrew:
     def ask(self, name: str, *args: Any) -> None:
         """Send what to do; the process begins at once."""
         try:
-            self._pipe.send_bytes(_packed((name, args)))
+            self.pipe.send_bytes(_packed((name, args)))
         except OSError as problem:
             raise self._death() from problem
 
@@ -125,7 +128,7 @@ class RemoteCrew:
             RuntimeError: The process is dead.
         """
         try:
-            fine, value, *trace = cloudpickle.loads(self._pipe.recv_bytes())
+            fine, value, *trace = cloudpickle.loads(self.pipe.recv_bytes())
         except (EOFError, OSError) as problem:
             raise self._death() from problem
         if fine:
@@ -135,7 +138,7 @@ class RemoteCrew:
 
     def dismiss(self) -> None:
         """The process ends when the pipe is closed."""
-        self._pipe.close()
+        self.pipe.close()
 
     def close(self) -> None:
         """Wait for that; a process that does not end is ended."""

@@ -1,7 +1,10 @@
 """Environments with teams of several sizes as one: the rows of one after those of the other."""
 
+import os
+import time
 from collections.abc import Iterable, Sequence
 from itertools import chain
+from multiprocessing.connection import Connection, wait
 from typing import Any
 
 import numpy as np
@@ -14,8 +17,11 @@ from wifipgo.errors import require
 class MixedVecEnv(VecEnv):
     """Several VecEnvs that show and are told the same kind of numbers, side by side.
 
+    Parts with processes of their own are stepped at once, as many as there are cores, those first that took
+    longest before: more at a time would only take the cores from each other. Results do not depend on it.
+
     Args:
-        parts: Stepped at once where they have processes of their own.
+        parts: Those with processes tell by ``pipes`` when they have answered.
 
     Attributes:
         parts: As given.
@@ -32,6 +38,7 @@ class MixedVecEnv(VecEnv):
                 first.action_space,
             )
             require(same, "parts", "of the same spaces", part.observation_space)
+        self._took_s = [0.0] * len(self.parts)
         self.bounds = np.cumsum([0, *(part.num_envs for part in self.parts)]).tolist()
         super().__init__(self.bounds[-1], first.observation_space, first.action_space)
 
@@ -47,15 +54,39 @@ class MixedVecEnv(VecEnv):
         return np.concatenate([np.asarray(part.reset()) for part in self.parts])
 
     def step_async(self, actions: np.ndarray) -> None:
-        """Hand out one action a row."""
-        for part, begin, end in self._with_bounds():
-            part.step_async(actions[begin:end])
+        """Hand out one action a row, to as many parts as there are cores."""
+        self._waiting = sorted(range(len(self.parts)), key=lambda k: self._took_s[k])
+        self._running: dict[int, float] = {}
+        self._actions = actions
+        for _ in range(min(_cores(), len(self.parts))):
+            self._start()
 
     def step_wait(self) -> VecEnvStepReturn:
         """What the step gave, by row."""
-        shown, rewards, dones, infos = zip(*(part.step_wait() for part in self.parts), strict=True)
+        found: dict[int, VecEnvStepReturn] = {}
+        while self._running:
+            k = self._answering()
+            found[k] = self.parts[k].step_wait()
+            self._took_s[k] = time.perf_counter() - self._running.pop(k)
+            self._start()
+        shown, rewards, dones, infos = zip(*(found[k] for k in range(len(self.parts))), strict=True)
         rows = np.concatenate([np.asarray(each) for each in shown])
         return rows, np.concatenate(rewards), np.concatenate(dones), list(chain.from_iterable(infos))
+
+    def _start(self) -> None:
+        """Step the part that took longest of those that wait."""
+        if self._waiting:
+            k = self._waiting.pop()
+            self._running[k] = time.perf_counter()
+            self.parts[k].step_async(self._actions[self.bounds[k] : self.bounds[k + 1]])
+
+    def _answering(self) -> int:
+        """A part that runs and has answered, or one that works when it is asked for the answer."""
+        of: dict[Connection, int] = {}
+        for k in self._running:
+            of |= dict.fromkeys(getattr(self.parts[k], "pipes", ()), k)
+        working = self._running.keys() - of.values()
+        return min(working) if working else of[wait(list(of))[0]]  # type: ignore[index]
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """An attribute of the environment of each row."""
@@ -93,3 +124,8 @@ class MixedVecEnv(VecEnv):
                 told = getattr(part, name)(*args, indices=[row - begin for row in mine], **kwargs)
                 found |= dict(zip(mine, told or [None] * len(mine), strict=True))
         return [found[row] for row in rows]
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from copy import deepcopy
 from functools import partial
 from itertools import chain
+from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
@@ -142,6 +143,11 @@ class TeamVecEnv(VecEnv):
             np.concatenate([part.dones for part in parts]),
             list(chain.from_iterable(map(_by_row, parts))),
         )
+
+    @property
+    def pipes(self) -> tuple[Connection, ...]:
+        """What becomes readable when workers answer; none where this process steps the worlds."""
+        return tuple(crew.pipe for crew in self._crews if isinstance(crew, RemoteCrew))
 
     @property
     def seen(self) -> np.ndarray:

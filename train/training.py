@@ -42,7 +42,7 @@ from wifipgo.files.results_folder import begin, note
 from wifipgo.scenarios import Scenario
 from wifipgo.threads import one_thread
 
-__all__ = ["Run", "digest", "make_model", "train"]
+__all__ = ["Run", "digest", "make_model", "settle_torch", "train"]
 
 # Of torch, whatever the machine has: with other numbers sums are ordered anew.
 _THREADS = 2
@@ -64,10 +64,7 @@ def train(config: TrainConfig, *, console: Console | None = None) -> "Run":
         ValueError: A setting that is refused, or a checkpoint that does not fit; nothing was changed.
         OSError: A folder that cannot be written.
     """
-    torch.set_num_threads(_THREADS)
-    torch.distributions.Distribution.set_default_validate_args(
-        False
-    )  # of our own network: a tenth of a choice
+    settle_torch()
     with held(config.out):
         run = Run(config, console or Console(quiet=True))
         try:
@@ -75,6 +72,12 @@ def train(config: TrainConfig, *, console: Console | None = None) -> "Run":
         finally:
             run.norm.close()
     return run
+
+
+def settle_torch() -> None:
+    """Two threads, and no checks of the probabilities of our own network: a tenth of a choice."""
+    torch.set_num_threads(_THREADS)
+    torch.distributions.Distribution.set_default_validate_args(False)
 
 
 class Run:
