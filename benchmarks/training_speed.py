@@ -65,9 +65,9 @@ def durations(config: TrainConfig, updates: int) -> tuple[int, list[float], list
         model = make_model(config, venv)
         size = venv.num_envs * config.ppo.n_steps
         model.learn((updates + 1) * size, callback=clock)
+        times_s = [*clock.times_s, time.perf_counter()]
     finally:
         venv.close()
-    times_s = [*clock.times_s, time.perf_counter()]
     gaps_s = [b - a for a, b in itertools.pairwise(times_s)]
     return size, gaps_s[2::2], gaps_s[3::2]
 

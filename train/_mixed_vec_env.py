@@ -107,7 +107,9 @@ class MixedVecEnv(VecEnv):
         return self._by_row("env_is_wrapped", indices, wrapper_class)
 
     def close(self) -> None:
-        """Close all parts."""
+        """Close all parts; workers, which end when their pipes are closed, end at once."""
+        for pipe in chain.from_iterable(getattr(part, "pipes", ()) for part in self.parts):
+            pipe.close()
         for part in self.parts:
             part.close()
 
