@@ -2,16 +2,19 @@
 
 import os
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from itertools import chain
 from multiprocessing.connection import Connection, wait
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
 from wifipgo.errors import require
+
+T = TypeVar("T")
 
 
 class MixedVecEnv(VecEnv):
@@ -51,7 +54,8 @@ class MixedVecEnv(VecEnv):
 
     def reset(self) -> VecEnvObs:
         """Begin an episode everywhere."""
-        return np.concatenate([np.asarray(part.reset()) for part in self.parts])
+        apart = all(getattr(part, "pipes", ()) for part in self.parts)
+        return np.concatenate(done([part.reset for part in self.parts], at_once=apart))
 
     def step_async(self, actions: np.ndarray) -> None:
         """Hand out one action a row, to as many parts as there are cores."""
@@ -126,6 +130,14 @@ class MixedVecEnv(VecEnv):
                 told = getattr(part, name)(*args, indices=[row - begin for row in mine], **kwargs)
                 found |= dict(zip(mine, told or [None] * len(mine), strict=True))
         return [found[row] for row in rows]
+
+
+def done(jobs: Sequence[Callable[[], T]], *, at_once: bool) -> list[T]:
+    """What jobs give, in order; at once where each waits for processes of its own."""
+    if not at_once:
+        return [job() for job in jobs]
+    with ThreadPoolExecutor(len(jobs)) as threads:
+        return list(threads.map(lambda job: job(), jobs))
 
 
 def _cores() -> int:

@@ -13,7 +13,7 @@ from baselines.policies.learned.training_scenarios import scenario_varied
 from baselines.suite.definition import ROOTS
 from envs.rendezvous_v0 import parallel_env
 from train._config import HELD_OUT_SEED, TrainConfig
-from train._mixed_vec_env import MixedVecEnv
+from train._mixed_vec_env import MixedVecEnv, done
 from train._shown_batch import Showing
 from train._vec_env import TeamVecEnv
 from wifipgo.coerce import key_value
@@ -88,12 +88,11 @@ def environments(config: TrainConfig, seed: int) -> VecNormalize:
     else:
         workers, behind = min(config.envs.n_workers, 1), _phases(config, len(scenarios))
         parts = [each[k :: len(scenarios)] for k in range(len(scenarios))]
-        venv = MixedVecEnv(
-            [
-                _shown(part, config, n_workers=workers, phases=[phase] * len(part))
-                for part, phase in zip(parts, behind, strict=True)
-            ]
-        )
+        makers = [
+            partial(_shown, part, config, n_workers=workers, phases=[phase] * len(part))
+            for part, phase in zip(parts, behind, strict=True)
+        ]
+        venv = MixedVecEnv(done(makers, at_once=workers > 0))
     _keep_apart(venv.seed(int(root)), config.selection.seed)
     return VecNormalize(
         venv,
