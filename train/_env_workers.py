@@ -2,6 +2,7 @@
 
 import multiprocessing
 import pickle
+import threading
 import traceback
 from collections.abc import Sequence
 from contextlib import suppress
@@ -18,6 +19,8 @@ from train._world_batch import WorldBatch, are_worlds
 from wifipgo.command.processes import one_thread_each, settle_in
 
 _PATIENCE_S = 5.0
+# Threads that start workers take turns: the environment, which says how many threads they have, is one.
+_STARTING = threading.Lock()
 _SHARE = "share"  # asked of a worker, not of its batch
 
 
@@ -99,7 +102,7 @@ class RemoteCrew:
         self.pipe, theirs = spawn.Pipe()
         packed = cloudpickle.dumps((list(makers), list(phases), showing))
         self._process = spawn.Process(target=_serve, args=(theirs, packed), name=name, daemon=True)
-        with one_thread_each():
+        with _STARTING, one_thread_each():
             self._process.start()
         theirs.close()  # so that its death ends our waiting
         self.rows: np.ndarray | None = None  # goes before the memory that it lies in

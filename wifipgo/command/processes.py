@@ -15,22 +15,19 @@ T = TypeVar("T")
 
 # Every library that may sit under numpy reads its own.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-# Threads that start processes take turns: the environment is everybody's.
-_STARTING = threading.RLock()
 
 
 @contextmanager
 def one_thread_each() -> Iterator[None]:
     """Processes that start in here use one thread each for linear algebra."""
-    with _STARTING:
-        before = {name: os.environ.get(name) for name in THREADS}
-        os.environ.update(dict.fromkeys(THREADS, "1"))
-        try:
-            yield
-        finally:
-            for name, value in before.items():
-                os.environ.pop(name)
-                os.environ.update({name: value} if value is not None else {})
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            os.environ.pop(name)
+            os.environ.update({name: value} if value is not None else {})
 
 
 def settle_in() -> None:
