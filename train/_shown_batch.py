@@ -11,6 +11,7 @@ from gymnasium import spaces
 from jaxtyping import Float32, Shaped
 
 from baselines.policies.learned.interfaces import Interface, make_interface
+from train._config import CRITICS
 from train._env_batch import Info, InfoTable, Outcome, Rows, Team
 from train._truths import N_TRUTH, TRUTHS, truth_of
 from train._world_batch import WorldBatch
@@ -60,7 +61,7 @@ class ShownBatch:
 
     def __init__(self, worlds: WorldBatch, showing: Showing) -> None:
         """Replace the spaces."""
-        self._worlds, self._endless, self._critic = worlds, showing.endless, showing.critic != "own"
+        self._worlds, self._endless, self._critic = worlds, showing.endless, CRITICS[showing.critic]
         self.interface = showing.made()
         agents, _, actions = worlds.team
         n_shown = self.interface.n_shown + n_for_critic(self.interface, showing.critic)
@@ -157,7 +158,7 @@ class ShownBatch:
 
 def n_for_critic(interface: Interface, critic: str) -> int:
     """Numbers that follow what a robot is shown."""
-    return 0 if critic == "own" else 2 * N_TRUTH + _n_whole(interface)
+    return 2 * N_TRUTH + _n_whole(interface) if CRITICS[critic] else 0
 
 
 def _n_whole(interface: Interface) -> int:

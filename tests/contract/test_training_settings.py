@@ -131,7 +131,8 @@ def test_settings_that_ship_are_found_from_anywhere(tmp_path: Path, monkeypatch:
         assert settings_file(Path(other)) == Path(other)
     with pytest.raises(
         ValueError,
-        match=r"unknown training settings 'from-nothin'; known: everywhere, .*fifty, from-nothing, paper",
+        match="unknown training settings 'from-nothin'; known: "
+        "everywhere, everywhere-wide, fifty, from-nothing, paper",
     ):
         settings_file(Path("from-nothin"))
     Path("from-nothing").write_text("")
