@@ -22,7 +22,7 @@ from rich.console import Console
 from rich.progress import track
 
 from train import EnvsConfig, TrainConfig, environments
-from train.training import make_model
+from train.training import make_model, settle_torch
 from wifipgo.command.command_line import exit_code
 
 _WINDOWS = 5
@@ -38,7 +38,7 @@ class CollectionConfig:
 
 def rates(config: CollectionConfig, console: Console) -> list[float]:
     """Agent-steps a second in some windows of time."""
-    torch.set_num_threads(1)
+    settle_torch()
     settings = TrainConfig(envs=config.envs)
     venv = environments(settings, seed=0)
     settings = replace(settings, ppo=replace(settings.ppo, batch_size=venv.num_envs))  # fits any number

@@ -1,4 +1,4 @@
-"""TorchRL: MAPPO on any mix of scenarios, from nothing or from a script; ``ppo:path=FOLDER`` plays it.
+"""TorchRL: MAPPO on any mix of scenarios, from nothing or from others; ``ppo:path=FOLDER`` plays it.
 
 Needs ``torchrl``. Run: python examples/12_mappo_with_torchrl.py
 """
@@ -20,8 +20,6 @@ from train.torchrl_env import RendezvousTorchEnv
 from train.torchrl_lessons import imitate
 from train.torchrl_mappo import Mappo
 
-# The score is taken at the end of an episode: nothing counts after it.
-TASK: dict[str, Any] = {"actions": "discrete", "terminate_at_end": True}
 SHARE = ("next", "robots", "info", "mapped_share_truth")
 
 
@@ -31,7 +29,9 @@ class MappoConfig:
 
     scenarios: tuple[str, ...] = ("paper-sim-2",)
     interface: str = "rays"
-    imitate: str = ""  # a scripted policy to begin with
+    start: Path | None = None  # the folder of a training that is gone on from
+    imitate: tuple[str, ...] = ()  # policies to begin with, one for all or one for each scenario
+    imitate_lr: float = 1e-3
     agent_steps: int = 200_000
     worlds: int = 16
     batch_size: int = 400
@@ -61,7 +61,8 @@ def learn(
 
 
 def train(mappo: Mappo, envs: Sequence[RendezvousTorchEnv], chosen: MappoConfig) -> Iterator[str]:
-    """Collect and learn; says after each update what was mapped, by scenario."""
+    """Collect and learn; says before it, and after each update what was mapped, by scenario."""
+    yield "0 agent-steps"
     played = [(env, env.worlds.scenario.n_steps) for env in envs]
     n_rows = chosen.worlds * sum(n * env.worlds.n_robots for env, n in played)
     n_updates = math.ceil(chosen.agent_steps / n_rows)
@@ -83,15 +84,19 @@ def main(chosen: MappoConfig) -> None:
     chosen.out.mkdir(parents=True, exist_ok=True)
     played = [scenario_varied(text) for text in chosen.scenarios]
     first = 2**32 * (1 + chosen.seed)  # no world of an evaluation has so large a seed
-    own: dict[str, Any] = {"num_envs": chosen.worlds, "interface": chosen.interface, **TASK}
+    own: dict[str, Any] = {"num_envs": chosen.worlds, "interface": chosen.interface, "actions": "discrete"}
+    own["terminate_at_end"] = True  # the score is taken then: nothing counts after it
     envs = [RendezvousTorchEnv(each, seed=first + 1000 * k, **own) for k, each in enumerate(played)]
     mappo = Mappo(chosen.interface, gamma=chosen.gamma, entropy_coeff=chosen.entropy)
-    others = {"envs": {"others": chosen.scenarios[1:]}}
-    origin = {"command": "examples/12_mappo_with_torchrl.py", "seed": chosen.seed, "settings": others}
+    origin: dict[str, Any] = {"command": "examples/12_mappo_with_torchrl.py", "seed": chosen.seed}
+    origin["settings"] = {"envs": {"others": chosen.scenarios[1:]}}
+    if chosen.start:
+        mappo.load(chosen.start / "mappo.npz")
     if chosen.imitate:
-        print(f"{imitate(mappo, envs, chosen.imitate)} agent-steps of lessons by {chosen.imitate}")
+        imitate(mappo, envs, chosen.imitate, lr=chosen.imitate_lr)
     for said in train(mappo, envs, chosen):
         network_of(mappo.actor, played[0], origin).save(chosen.out / "policy.npz")
+        mappo.save(chosen.out / "mappo.npz")
         print(said)
     print(f"wifipgo suite --policies team_plan,mappo=ppo:path={chosen.out}")
 

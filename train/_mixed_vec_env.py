@@ -42,6 +42,9 @@ class MixedVecEnv(VecEnv):
             )
             require(same, "parts", "of the same spaces", part.observation_space)
         self._took_s = [0.0] * len(self.parts)
+        self._actions = np.empty(0)
+        self._waiting: list[int] = []
+        self._running: dict[int, float] = {}
         self.bounds = np.cumsum([0, *(part.num_envs for part in self.parts)]).tolist()
         super().__init__(self.bounds[-1], first.observation_space, first.action_space)
 
@@ -60,7 +63,6 @@ class MixedVecEnv(VecEnv):
     def step_async(self, actions: np.ndarray) -> None:
         """Hand out one action a row, to as many parts as there are cores."""
         self._waiting = sorted(range(len(self.parts)), key=lambda k: self._took_s[k])
-        self._running: dict[int, float] = {}
         self._actions = actions
         for _ in range(min(_cores(), len(self.parts))):
             self._start()

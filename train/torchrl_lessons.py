@@ -1,4 +1,4 @@
-"""A start from a scripted policy for learners in TorchRL: it says what it would do, the actor learns it.
+"""A start from other policies for learners in TorchRL: they say what they would do, the actor learns it.
 
 As `train._dagger` (Ross, Gordon and Bagnell 2011): from the second round on the network drives, so that it
 learns what to do where *it* gets. Needs ``torchrl``.
@@ -17,6 +17,7 @@ from envs.rendezvous_v0 import layout
 from train._tensors import tensor_of
 from train.torchrl_env import RendezvousTorchEnv
 from train.torchrl_mappo import CHOICE, RETURN, RIGHT, SHOWN, TEAM, Mappo
+from wifipgo.errors import require
 
 __all__ = ["Lesson", "imitate"]
 
@@ -27,7 +28,7 @@ class Lesson:
     """Policy of a rollout: script or network drives, and what the script would choose is noted as `RIGHT`.
 
     Args:
-        script: Name of the scripted policy.
+        script: A policy, as `baselines.policies.make_policy` takes it.
         env: Whose worlds are driven; its interface chooses among directions.
         mappo: Whose policy drives where the script does not.
         share: Chance that the script drives a world for a step.
@@ -66,29 +67,36 @@ class Lesson:
 def imitate(
     mappo: Mappo,
     envs: Sequence[RendezvousTorchEnv],
-    script: str,
+    scripts: Sequence[str],
     *,
     rounds: int = 4,
     epochs: int = 6,
     batch_size: int = 1024,
     share: float = 0.2,
+    lr: float = 1e-3,
 ) -> int:
-    """Teach actor and critic what a scripted policy does, and what comes of it.
+    """Teach actor and critic what policies do, and what comes of it.
 
     Args:
         mappo: Is changed.
         envs: An episode of each world is played a round.
-        script: Name of the scripted policy.
+        scripts: Policies, scripted or trained (``ppo:path=...``): one for all environments, or one for each.
         rounds: Of collecting and fitting; the script drives the first.
         epochs: Passes over all that was collected, after each round.
         batch_size: Agent-steps of a gradient step.
         share: Chance that the script drives a world for a step after the first round.
+        lr: Learning rate.
 
     Returns:
         Agent-steps played.
+
+    Raises:
+        BadInputError: Neither one policy nor as many as environments.
     """
-    drivers = [Lesson(script, env, mappo) for env in envs]
-    optimiser = torch.optim.Adam(mappo.loss.parameters(), lr=1e-3)
+    require(len(scripts) in {1, len(envs)}, "policies to imitate", f"1 or {len(envs)}", len(scripts))
+    of_each = [*scripts] * (len(envs) if len(scripts) == 1 else 1)
+    drivers = [Lesson(script, env, mappo) for env, script in zip(envs, of_each, strict=True)]
+    optimiser = torch.optim.Adam(mappo.loss.parameters(), lr=lr)
     lessons: list[TensorDict] = []
     for k in range(rounds):
         played = []

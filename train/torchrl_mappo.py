@@ -3,15 +3,18 @@
 A robot is a row of a batch, whatever team it was in: teams of several sizes are learned from side by side.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import torch
 from tensordict import TensorDict, TensorDictBase
 from tensordict.nn import InteractionType, TensorDictModule, TensorDictSequential
+from torch import nn
 from torchrl.modules import ProbabilisticActor
 from torchrl.objectives import ClipPPOLoss
 from torchrl.objectives.value import GAE
 
+from train._module_files import load_modules, save_modules
 from train._tensors import tensor_of
 from train._truths import N_TRUTH, TRUTHS, truth_of
 from train.rays_networks import RaysActor, RunningNorm, TeamCritic
@@ -76,6 +79,22 @@ class Mappo:
         keys = {"value": _VALUE, "advantage": _ADVANTAGE, "value_target": _TARGET}
         self._gae.set_keys(**keys, reward=_REWARD, done=_DONE, terminated=(GROUP, "terminated"))
         self.loss.set_keys(**keys, action=CHOICE, sample_log_prob=_LOG_PROB)
+
+    def save(self, path: Path) -> None:
+        """Write what a later training goes on from: networks and normalisation, as plain numbers."""
+        save_modules(path, self._modules())
+
+    def load(self, path: Path) -> None:
+        """Go on from what `save` wrote of networks of the same interface and size.
+
+        Raises:
+            BadInputError: It is no such file, or of other networks; names what differs.
+            OSError: It cannot be read.
+        """
+        load_modules(path, self._modules())
+
+    def _modules(self) -> Mapping[str, nn.Module]:
+        return {"actor": self.actor, "critic": self.critic, "returns": self._returns}
 
     @torch.no_grad()
     def rows(self, rollouts: Sequence[TensorDictBase]) -> TensorDict:

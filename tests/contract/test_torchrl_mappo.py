@@ -1,5 +1,6 @@
 """MAPPO of TorchRL: what it is shown, advantages by hand, the policy that an update is held to."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from baselines.policies.learned.interfaces import DIRECTIONS, make_interface
 from train.torchrl_env import RendezvousTorchEnv
 from train.torchrl_lessons import Lesson, imitate
 from train.torchrl_mappo import Mappo
+from wifipgo.errors import BadInputError
 
 SMALL: dict[str, Any] = {"scenario": "paper-sim-2", "num_envs": 3, "size_m": 4.0, "n_steps": 5}
 
@@ -148,5 +150,38 @@ def test_imitation_comes_to_choose_as_the_script() -> None:
         return (best == played["robots", "right"]).float().mean().item()
 
     before = agreement()
-    assert imitate(mappo, [env], "team_plan", rounds=2, epochs=20, batch_size=64) == 2 * 8 * 10 * 2
+    assert imitate(mappo, [env], ["team_plan"], rounds=2, epochs=20, batch_size=64) == 2 * 8 * 10 * 2
     assert agreement() > max(before + 0.2, 0.5)
+
+
+def test_each_scenario_may_have_a_teacher_of_its_own() -> None:
+    torch.manual_seed(0)
+    own: dict[str, Any] = {"interface": "trail", "num_envs": 4}
+    envs, mappo = [choosing(n_robots=n, **own) for n in (2, 3)], Mappo("trail", hidden=(8,))
+    assert imitate(mappo, envs, ["team_plan", "frontier_home"], rounds=1, epochs=1) == 4 * 5 * (2 + 3)
+    with pytest.raises(BadInputError, match="policies to imitate must be 1 or 2, got 3"):
+        imitate(mappo, envs, ["team_plan"] * 3)
+
+
+def test_a_training_goes_on_from_what_another_saved(tmp_path: Path) -> None:
+    """Choices, values, normalisation, of returns too, are the same; what does not fit changes nothing."""
+    torch.manual_seed(0)
+    env, first, later = choosing(), Mappo(hidden=(8,)), Mappo(hidden=(8,))
+    imitate(first, [env], ["team_plan"], rounds=1, epochs=2, batch_size=10)
+    first.save(file := tmp_path / "mappo.npz")
+    with torch.no_grad():
+        played = env.rollout(4, first.policy)
+    before = later.rows([played.clone()])["robots"]
+    with pytest.raises(BadInputError, match=r"mappo\.npz: actor/ray\.0\.weight must be of shape"):
+        Mappo(hidden=(9,)).load(file)
+    with pytest.raises(BadInputError, match="must be with the arrays"):
+        Mappo("trail", hidden=(8, 8)).load(file)
+    arrays = dict(np.load(file))
+    np.savez(broken := tmp_path / "broken.npz", **arrays | {"returns/mean": np.array([np.nan], np.float32)})
+    with pytest.raises(BadInputError, match="returns/mean must be finite"):
+        later.load(broken)
+    later.load(file)
+    again, expected = (each.rows([played.clone()])["robots"] for each in (later, first))
+    for name in ("action_log_prob", "value_target", "advantage", "return"):
+        torch.testing.assert_close(again[name], expected[name])
+        assert not torch.allclose(before[name], expected[name])
