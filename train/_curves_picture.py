@@ -1,7 +1,7 @@
 """Picture of trainings: the mean over all scenarios in large, and each scenario in small."""
 
 from collections.abc import Sequence
-from itertools import cycle
+from itertools import cycle, product
 
 from wifipgo.command.figures import Axes, Figure
 
@@ -11,6 +11,8 @@ from train._learning_curve import LEARNED
 from wifipgo.command.palette import GREY, SERIES
 
 _N_SMALL = 3  # small pictures beside each other
+# Of recipes: where colours are used up they come again, with another line. Dashes are those of rules.
+_LOOKS = tuple(product(("-", ":", "-."), SERIES))
 
 
 def drawn(curves: pd.DataFrame, scenarios: Sequence[str]) -> Figure:
@@ -35,14 +37,16 @@ def drawn(curves: pd.DataFrame, scenarios: Sequence[str]) -> Figure:
 def _curve(axes: Axes, curves: pd.DataFrame) -> None:
     """One line and band a recipe, one dashed line a scripted policy."""
     learned, rules = curves[curves["policy"] == LEARNED], curves[curves["policy"] != LEARNED]
-    for colour, (recipe, mine) in zip(cycle(SERIES), learned.groupby("recipe", sort=False), strict=False):
+    recipes = learned.groupby("recipe", sort=False)
+    for (line, colour), (recipe, mine) in zip(cycle(_LOOKS), recipes, strict=False):
         by_run = 100.0 * mine.pivot_table(index="agent_steps", columns="run", values="mapped_share")
         together, n_runs = by_run.dropna(), by_run.shape[1]
         x = together.index.to_numpy(float) / 1e6
         seeds = f", mean and range of {n_runs} seeds" if n_runs > 1 else ""
-        axes.plot(by_run.index.to_numpy(float) / 1e6, by_run, color=colour, lw=0.8, alpha=0.7)
+        axes.plot(by_run.index.to_numpy(float) / 1e6, by_run, line, color=colour, lw=0.8, alpha=0.7)
         marker = "o" if len(together) == 1 else None  # a line of one point is not seen
-        axes.plot(x, together.mean(axis=1), color=colour, marker=marker, lw=2.0, label=f"{recipe}{seeds}")
+        mean, label = together.mean(axis=1), f"{recipe}{seeds}"
+        axes.plot(x, mean, line, color=colour, marker=marker, lw=2.0, label=label)
         axes.fill_between(x, together.min(axis=1), together.max(axis=1), color=colour, alpha=0.25, lw=0)
     for policy, scores in rules.groupby("policy", sort=False)["mapped_share"]:
         axes.axhline(100.0 * scores.mean(), color=GREY, ls="--", lw=1.2, label=str(policy))

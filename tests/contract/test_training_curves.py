@@ -13,6 +13,7 @@ pytest.importorskip("stable_baselines3")
 from train._checkpoints import read_state
 from train._config import SelectionConfig, TrainConfig
 from train._config_files import record_of
+from train._curves_picture import drawn
 from train._yaml import written
 from train.curves import curves_of, lines_of, main, scores_at_the_end
 from train.training import Run, train
@@ -84,3 +85,12 @@ def test_a_run_goes_on_where_the_one_it_began_with_was(tmp_path: Path, done: Run
     ends = curves[curves["policy"] == "learned"].groupby("recipe")["agent_steps"].max()
     best = read_state(done.checkpoints.path("best"))
     assert ends["later"] == best.agent_steps + best.imitated + 160
+
+
+def test_no_two_recipes_look_alike(tmp_path: Path) -> None:
+    """More of them than there are colours; in the large picture, a thick line each."""
+    run = run_of(tmp_path / "a", 3_000, 0.5)
+    curves, scenarios = curves_of([f"recipe {k}={run}" for k in range(14)])
+    lines = [line for line in drawn(curves, scenarios).subfigs[0].axes[0].lines if line.get_linewidth() == 2]
+    looks = {(str(line.get_color()), str(line.get_linestyle())) for line in lines}
+    assert len(looks) == len(lines) == 14
