@@ -22,6 +22,7 @@ from wifipgo.errors import require
 __all__ = ["Lesson", "imitate"]
 
 _VALUE_WEIGHT = 0.25
+_SHARE = 0.2  # chance that the script drives a world for a step after the first round
 
 
 class Lesson:
@@ -72,7 +73,6 @@ def imitate(
     rounds: int = 4,
     epochs: int = 6,
     batch_size: int = 1024,
-    share: float = 0.2,
     lr: float = 1e-3,
 ) -> int:
     """Teach actor and critic what policies do, and what comes of it.
@@ -84,7 +84,6 @@ def imitate(
         rounds: Of collecting and fitting; the script drives the first.
         epochs: Passes over all that was collected, after each round.
         batch_size: Agent-steps of a gradient step.
-        share: Chance that the script drives a world for a step after the first round.
         lr: Learning rate.
 
     Returns:
@@ -101,7 +100,7 @@ def imitate(
     for k in range(rounds):
         played = []
         for env, driver in zip(envs, drivers, strict=True):
-            driver.share = share if k else 1.0
+            driver.share = _SHARE if k else 1.0
             with torch.no_grad():
                 played.append(env.rollout(env.worlds.scenario.n_steps, driver, break_when_any_done=False))
         lessons.append(mappo.rows(played))
