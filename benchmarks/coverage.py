@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 import tyro
 from rich.console import Console
 from rich.table import Table
@@ -23,6 +22,7 @@ from baselines.evaluation.intervals import Estimate
 from wifipgo.command.command_line import exit_code
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import write_json
+from wifipgo.files.parquet_files import read_parquet
 
 SIZES, ROOMS = (20, 60, 480), ("without obstacles", "four obstacles", "heterogeneous noise")
 _BCA: dict[str, Any] = {"vectorized": True, "n_resamples": 999, "method": "BCa", "paired": True}
@@ -60,7 +60,7 @@ def pools(run: Path) -> Iterator[tuple[str, Figure, Pool]]:
     path = run / "fig7" / "episodes.parquet"
     rule = "there: wifipgo reproduce fig7 --out RUN makes it"
     require(path.is_file(), str(path), rule, "nothing")
-    episodes = pd.read_parquet(path)
+    episodes = read_parquet(path)
     episodes["truth"] = episodes.ate_trans + episodes.ate_rot
     for room in ROOMS:
         active, random = (episodes[episodes.run == f"{room}, {policy}"] for policy in ("active", "random"))

@@ -19,13 +19,6 @@ from train.isaac_lab_env import RendezvousMarlEnv
 
 WORLDS, STEPS = 8, 32  # enough to see it run past the ends of three episodes
 
-WITH_OPTIONS = (
-    "learning_rate_scheduler",
-    "observation_preprocessor",
-    "state_preprocessor",
-    "value_preprocessor",
-)
-
 set_seed(0)
 worlds = RendezvousMarlEnv("paper-sim-2", num_envs=WORLDS, size_m=4.0, n_steps=10)
 env = wrap_env(worlds, wrapper="isaaclab-multi-agent")

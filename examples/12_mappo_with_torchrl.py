@@ -93,7 +93,7 @@ def main(chosen: MappoConfig) -> None:
     if chosen.start:
         mappo.load(chosen.start / "mappo.npz")
     if chosen.imitate:
-        imitate(mappo, envs, chosen.imitate, lr=chosen.imitate_lr)
+        print(f"{imitate(mappo, envs, chosen.imitate, lr=chosen.imitate_lr)} agent-steps of lessons")
     for said in train(mappo, envs, chosen):
         network_of(mappo.actor, played[0], origin).save(chosen.out / "policy.npz")
         mappo.save(chosen.out / "mappo.npz")

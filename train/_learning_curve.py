@@ -27,7 +27,7 @@ from wifipgo.scenarios import Scenario
 LEARNED = "learned"
 _DASHES = ((0, (5, 1.5)), (0, (1.5, 1)), "-.")
 _CURVE = "curve/"
-_COLUMNS = ("agent_steps", "policy", "trial", "seed", "mapped_share")
+COLUMNS = ("agent_steps", "policy", "trial", "seed", "mapped_share")
 
 
 Played = Callable[[Scenario], str | Policy]
@@ -74,7 +74,7 @@ class Curve:
     ) -> None:
         """Play the scripted policies that the table does not have."""
         self._out, self._scenarios, self._cfg = out, tuple(scenarios), cfg
-        self.table = pd.DataFrame(columns=list(_COLUMNS)) if table is None else table
+        self.table = pd.DataFrame(columns=list(COLUMNS)) if table is None else table
         for spec in specs_of(cfg.policies):
             if not (self.table["policy"] == spec.label).any():
                 self._add(0, spec.label, mapped_shares(partial(_by_name, str(spec)), scenarios, cfg))
@@ -118,7 +118,7 @@ def _by_name(name: str, scenario: Scenario) -> str:
 
 def arrays_of_table(table: pd.DataFrame) -> dict[str, np.ndarray]:
     """Columns of a table, by name."""
-    columns = {f"{_CURVE}{name}": table[name].to_numpy() for name in _COLUMNS}
+    columns = {f"{_CURVE}{name}": table[name].to_numpy() for name in COLUMNS}
     return columns | {f"{_CURVE}policy": table["policy"].to_numpy(np.str_)}
 
 
@@ -128,11 +128,11 @@ def table_of(arrays: Mapping[str, np.ndarray], cfg: SelectionConfig, *, where: s
     Raises:
         BadInputError: A column is missing, or of another length or kind.
     """
-    columns = {name: arrays.get(f"{_CURVE}{name}") for name in _COLUMNS}
+    columns = {name: arrays.get(f"{_CURVE}{name}") for name in COLUMNS}
     found = {name: column for name, column in columns.items() if column is not None}
-    fits = len(found) == len(_COLUMNS) and len({column.shape for column in found.values()}) == 1
+    fits = len(found) == len(COLUMNS) and len({column.shape for column in found.values()}) == 1
     kinds = "".join(column.dtype.kind for column in found.values())
-    require(fits and kinds == "iUiif", f"{where}: curve", f"columns {_COLUMNS} of one length", kinds)
+    require(fits and kinds == "iUiif", f"{where}: curve", f"columns {COLUMNS} of one length", kinds)
     table = pd.DataFrame(found).astype({"policy": object})
     seeds = seeds_of(cfg)
     mine = [

@@ -8,6 +8,7 @@ import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 
+from train._alike import require_alike
 from wifipgo.errors import BadInputError, require
 
 _WEIGHTS, _OPTIMISER = "policy/", "optimiser/"
@@ -43,7 +44,8 @@ def begin_with(arrays: Mapping[str, np.ndarray], model: PPO, norm: VecNormalize,
     Raises:
         BadInputError: An array is missing, of another shape or not finite; names it.
     """
-    _check_alike(arrays, arrays_of(model, norm), where)
+    present = {name: a for name, a in arrays_of(model, norm).items() if not name.startswith(_OPTIMISER)}
+    require_alike(arrays, present, where)
     model.policy.load_state_dict(
         {
             name.removeprefix(_WEIGHTS): torch.from_numpy(a)
@@ -66,28 +68,6 @@ def _restore_generators(arrays: Mapping[str, np.ndarray], where: str) -> None:
         torch.set_rng_state(torch.from_numpy(arrays["chance/torch"]))
     except RuntimeError as problem:
         raise BadInputError(f"{where}: chance/torch is no state of torch's generator") from problem
-
-
-def _check_alike(arrays: Mapping[str, np.ndarray], present: Mapping[str, np.ndarray], where: str) -> None:
-    """Refuse arrays that are not like the present ones, or not finite."""
-    fresh = {name: a for name, a in present.items() if not name.startswith(_OPTIMISER)}
-    for name, array in fresh.items():
-        require(name in arrays, where, f"with the array {name!r}", sorted(arrays))
-        require(
-            arrays[name].shape == array.shape,
-            f"{where}: shape of {name}",
-            f"{array.shape}",
-            arrays[name].shape,
-        )
-        require(
-            arrays[name].dtype == array.dtype,
-            f"{where}: type of {name}",
-            f"{array.dtype}",
-            arrays[name].dtype,
-        )
-    for name, array in arrays.items():
-        finite = array.dtype.kind != "f" or np.isfinite(array).all()
-        require(finite, f"{where}: {name}", "finite numbers", "nan or infinity")
 
 
 def _restore_optimiser(arrays: Mapping[str, np.ndarray], model: PPO, where: str) -> None:

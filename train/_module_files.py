@@ -7,6 +7,7 @@ import numpy as np
 import torch
 from torch import nn
 
+from train._alike import require_alike
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import appearing
 from wifipgo.files.npz_files import read_npz
@@ -30,11 +31,7 @@ def load_modules(path: Path, modules: Mapping[str, nn.Module]) -> None:
     """
     arrays, tensors = read_npz(path), _tensors(modules)
     require(arrays.keys() == tensors.keys(), f"{path}", f"with the arrays {sorted(tensors)}", sorted(arrays))
-    for name, tensor in tensors.items():
-        array, where = arrays[name], f"{path}: {name}"
-        require(array.shape == tuple(tensor.shape), where, f"of shape {tuple(tensor.shape)}", array.shape)
-        require(array.dtype == tensor.numpy().dtype, where, f"of type {tensor.numpy().dtype}", array.dtype)
-        require(bool(np.isfinite(array).all()), where, "finite", "nan or infinity")
+    require_alike(arrays, {name: tensor.numpy() for name, tensor in tensors.items()}, str(path))
     for name, tensor in tensors.items():
         tensor.copy_(torch.from_numpy(arrays[name]))
 

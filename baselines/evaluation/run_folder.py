@@ -21,6 +21,7 @@ from baselines.evaluation.statistics import Summary
 from wifipgo.errors import BadInputError
 from wifipgo.files import results_folder
 from wifipgo.files.atomic_files import write_json
+from wifipgo.files.parquet_files import read_parquet
 
 PICTURES = ("score.png", "err.png", "arena.png")
 MEDIAN = "median-trial"
@@ -153,7 +154,7 @@ def tables_of(episodes: Sequence[Episode]) -> Tables:
 
 def read_tables(folder: Path) -> Tables:
     """Rows of finished results."""
-    return Tables(*(pd.read_parquet(folder / f"{name}.parquet") for name in Tables._fields))
+    return Tables(*(read_parquet(folder / f"{name}.parquet") for name in Tables._fields))
 
 
 def joined(parts: Sequence[Tables], policies: Sequence[str]) -> Tables:

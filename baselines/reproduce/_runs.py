@@ -60,10 +60,6 @@ class Setting:
         """Numbers of the roots."""
         return range(self.seed, self.seed + self.roots)
 
-    def trials_of(self, scenario: Scenario) -> int:
-        """Worlds of the pool."""
-        return len(self.worlds(scenario.n_robots))
-
     def of(self, scenario: Scenario) -> Scenario:
         """A scenario as it is changed here; as it was if it refuses that."""
         return self.changed(scenario) or scenario

@@ -20,6 +20,7 @@ from baselines.reproduce._measures import column, err_ratio, truth_reduction
 from baselines.reproduce._rungs import POLICIES, REAL_MEMORY, REAL_SIGMA_DEG, RUNGS, Rung, bearing_errors
 from baselines.reproduce._runs import TRIALS, Setting, tasks_of
 from baselines.reproduce._tables import about, columns, estimate_in, table
+from wifipgo.files.parquet_files import read_parquet
 
 __all__ = ["TITLE", "TRIALS", "make", "page", "tasks"]
 
@@ -113,7 +114,7 @@ def page(folder: Path, run: Mapping[str, Any], picture: str) -> str:
         run: Where the numbers come from.
         picture: Where the picture is.
     """
-    found = pd.read_parquet(folder / "fig_radio.parquet")
+    found = read_parquet(folder / "fig_radio.parquet")
     parts = [f"# {TITLE}", _INTRODUCTION, f"![{TITLE}]({picture})", about(run), "## Claims", _claims(found)]
     parts += ["## Rankings", _RANKING, _rankings(found), "## All figures", _all(found)]
     return "\n\n".join(parts) + "\n"

@@ -17,6 +17,7 @@ from baselines.reproduce._measures import column, err_ratio, truth_reduction
 from baselines.reproduce._runs import TRIALS, Setting
 from baselines.reproduce._tables import ENDS, about, columns, estimate_in, table
 from wifipgo.command.palette import BLUE, GREY, VERMILION
+from wifipgo.files.parquet_files import read_parquet
 
 __all__ = ["TITLE", "TRIALS", "make", "page", "tasks"]
 
@@ -106,7 +107,7 @@ def page(folder: Path, run: Mapping[str, Any], picture: str) -> str:
         run: Where the numbers come from.
         picture: Where the picture is.
     """
-    found = pd.read_parquet(folder / "sensitivity.parquet")
+    found = read_parquet(folder / "sensitivity.parquet")
     base = found.iloc[0]
     three = found[found.change.isin([DEFAULT, *THREE])].set_index("change").loc[[DEFAULT, *THREE]]
     parts = [

@@ -13,9 +13,10 @@ pytest.importorskip("stable_baselines3")
 from train._checkpoints import read_state
 from train._config import SelectionConfig, TrainConfig
 from train._config_files import record_of
+from train._curve_scores import curves_of
 from train._curves_picture import drawn
 from train._yaml import written
-from train.curves import curves_of, lines_of, main, scores_at_the_end
+from train.curves import lines_of, main, scores_at_the_end
 from train.training import Run, train
 
 PLAYED = ("paper-sim-2", "paper-hw-2")
@@ -53,6 +54,29 @@ def test_seeds_are_pooled_where_all_of_them_are(tmp_path: Path, capsys: pytest.C
     assert (tmp_path / "table.md").read_text().splitlines()[-1] == "| rule | 1 | 35.0 | 30.0 | 40.0 |"
     assert (tmp_path / "curves.png").read_bytes().startswith(b"\x89PNG")
     assert "paper-hw-2" in capsys.readouterr().out
+
+
+def test_scores_that_are_kept_stand_for_their_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    long, short = run_of(tmp_path / "a", 3_000, 0.5), run_of(tmp_path / "b", 2_000, 0.6)
+    kept = tmp_path / "kept.parquet"
+    assert main([f"mine={long}+{short}", "--scores", str(kept)]) == 0
+    before, _ = curves_of([f"mine={long}+{short}", f"later={short}"])
+    again, scenarios = curves_of([str(kept), f"later={short}"])
+    pd.testing.assert_frame_equal(again[before.columns], before)
+    assert scenarios == PLAYED
+    elsewhere = run_of(tmp_path / "c", 2_000, 0.5, replace(JUDGED, seed=1))
+    assert main([str(kept), f"other={elsewhere}"]) == 2
+    assert "must be of the worlds of the first run, (trials, seed) (3, 70000)" in capsys.readouterr().err
+    changed = run_of(tmp_path / "d", 2_000, 0.5, replace(JUDGED, trials=2))
+    assert main([f"changed={changed}"]) == 2
+    assert "number of trials must be <= 4, as its config.yaml says, got 6" in capsys.readouterr().err
+    assert main([str(long / "curve.parquet")]) == 2
+    assert "curve.parquet must be a table with the columns recipe, run" in capsys.readouterr().err
+    (tmp_path / "none.parquet").write_text("no table")
+    assert main([str(tmp_path / "none.parquet")]) == 2
+    assert "none.parquet cannot be read, it is no .parquet" in capsys.readouterr().err
 
 
 def test_what_cannot_be_compared_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

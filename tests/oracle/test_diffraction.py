@@ -17,7 +17,6 @@ from wifipgo.se2 import wrap_angle
 from wifipgo.segments import cross, polygon_edges
 
 CARRIER_HZ = 5.0e9
-WAVENUMBER = 2.0 * np.pi * CARRIER_HZ / SPEED_OF_LIGHT_M_S
 UNIT_BOX = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 

@@ -74,12 +74,6 @@ def read_dpgo_csv(path: str | Path) -> Reading:
     return Reading(graph, symbols(graph), {}, none, guessed=True, name=path.stem, format="dpgo CSV")
 
 
-def is_dpgo_csv(file: Path) -> bool:
-    """Whether a file begins with this format's names of columns."""
-    lines = read_lines(file)[:1]
-    return bool(lines) and set(ENDS) <= {word.strip() for word in lines[0].split(",")}
-
-
 def _rows(file: Path) -> list[Row]:
     """Measurements of one file."""
     lines, source = read_lines(file), str(file)
