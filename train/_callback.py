@@ -18,6 +18,7 @@ class Between(BaseCallback):
         progress: Bar to move.
         task: Its place.
         evaluate: Called with the updates so far when an evaluation is due, and says the score.
+        learned: Called when an update is over.
     """
 
     def __init__(
@@ -28,11 +29,13 @@ class Between(BaseCallback):
         progress: Progress,
         task: TaskID,
         evaluate: Callable[[int], float],
+        learned: Callable[[], None],
     ) -> None:
         """Nothing happens yet."""
         super().__init__()
         self.updates = updates
         self._config, self._progress, self._task, self._evaluate = config, progress, task, evaluate
+        self._learned, self._learning = learned, False
         self._due = config.selection.every
 
     def _on_training_start(self) -> None:
@@ -45,6 +48,7 @@ class Between(BaseCallback):
 
     def _on_rollout_start(self) -> None:
         """The last update is over: look at what it made, if it is time to."""
+        self._end_update()
         if self._due and self.num_timesteps >= self._due:
             self._due += self._config.selection.every
             self.logger.record("selection/mapped_share", self._evaluate(self.updates))
@@ -53,3 +57,12 @@ class Between(BaseCallback):
 
     def _on_rollout_end(self) -> None:
         self.updates += 1
+        self._learning = True
+
+    def _on_training_end(self) -> None:
+        self._end_update()
+
+    def _end_update(self) -> None:
+        if self._learning:
+            self._learned()
+            self._learning = False

@@ -85,6 +85,8 @@ class PpoConfig:
         target_kl: Stop an update's epochs at this divergence; 0: never.
         critic_only: First updates in which the policy stays and only the value learns.
         hidden: Units of the hidden layers, of policy and value alike.
+        average_age: Mean age of the weights that are judged and shipped, as a share of the training so far:
+            an average over updates, later ones counting more; 0: the weights as they are.
         critic: What the value is read from: own (what the robot is shown) or team (MAPPO: also the truth
             about the team's errors and map, and what its robots are shown on average). Policies read their
             own only.
@@ -105,6 +107,7 @@ class PpoConfig:
     critic_only: int = 0
     hidden: tuple[int, ...] = (64, 64)
     critic: str = "own"
+    average_age: float = 0.0
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
@@ -116,6 +119,7 @@ class PpoConfig:
             require(getattr(self, name) >= 0, f"ppo.{name}", ">= 0", getattr(self, name))
         for name in ("gamma", "gae_lambda"):
             require(0.0 <= getattr(self, name) <= 1.0, f"ppo.{name}", "in [0, 1]", getattr(self, name))
+        require(0.0 <= self.average_age <= 0.5, "ppo.average_age", "in [0, 0.5]", self.average_age)
         pick(CRITICS, self.critic, "ppo.critic")
         require(min(self.hidden, default=0) >= 1, "ppo.hidden", "one or more layers of >= 1", self.hidden)
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from stable_baselines3 import PPO
+from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.vec_env import VecNormalize
 from torch import nn
 
@@ -15,7 +15,12 @@ from wifipgo.scenarios import Scenario
 
 
 def exported(
-    model: PPO, norm: VecNormalize, scenario: Scenario, *, interface: str, origin: Mapping[str, Any]
+    policy: ActorCriticPolicy,
+    norm: VecNormalize,
+    scenario: Scenario,
+    *,
+    interface: str,
+    origin: Mapping[str, Any],
 ) -> Network:
     """Weights of the actor and the statistics that its input is normalised by."""
     n_shown = make_interface(interface, scenario).n_shown
@@ -25,7 +30,7 @@ def exported(
         mean, variance, clip = found.mean[:n_shown].copy(), found.var[:n_shown].copy(), norm.clip_obs
     return Network(
         interface=interface,
-        nets=_nets(model),
+        nets=_nets(policy),
         mean=mean.astype(np.float32),
         variance=variance.astype(np.float32),
         clip=float(min(clip, 1e9)),
@@ -35,11 +40,11 @@ def exported(
     )
 
 
-def _nets(model: PPO) -> dict[str, list[Layer]]:
-    nets: Any = model.policy.mlp_extractor
+def _nets(policy: ActorCriticPolicy) -> dict[str, list[Layer]]:
+    nets: Any = policy.mlp_extractor
     if isinstance(nets, RaysNets):
         return {"ray": layers_of(nets.ray), "whole": layers_of(nets.whole)}
-    return {"action": layers_of([*nets.policy_net, model.policy.action_net])}
+    return {"action": layers_of([*nets.policy_net, policy.action_net])}
 
 
 def layers_of(net: Iterable[nn.Module]) -> list[Layer]:

@@ -9,6 +9,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 
 from train._alike import require_alike
+from train._averages import AVERAGE
 from wifipgo.errors import BadInputError, require
 
 _WEIGHTS, _OPTIMISER = "policy/", "optimiser/"
@@ -33,17 +34,28 @@ def restore(arrays: Mapping[str, np.ndarray], model: PPO, norm: VecNormalize, *,
     Raises:
         BadInputError: An array is missing, of another shape or not finite; names it.
     """
-    begin_with(arrays, model, norm, where=where)
+    _put(arrays, model, norm, where)
     _restore_optimiser(arrays, model, where)
     _restore_generators(arrays, where)
 
 
 def begin_with(arrays: Mapping[str, np.ndarray], model: PPO, norm: VecNormalize, *, where: str) -> None:
-    """Put weights and normalisation in place in a model and environments with the same network.
+    """Put weights, averaged ones where there are, and normalisation in place in a model of the same network.
 
     Raises:
         BadInputError: An array is missing, of another shape or not finite; names it.
     """
+    judged = {
+        name: arrays.get(f"{AVERAGE}{name.removeprefix(_WEIGHTS)}", array)
+        if name.startswith(_WEIGHTS)
+        else array
+        for name, array in arrays.items()
+    }
+    _put(judged, model, norm, where)
+
+
+def _put(arrays: Mapping[str, np.ndarray], model: PPO, norm: VecNormalize, where: str) -> None:
+    """Put weights and normalisation in place."""
     present = {name: a for name, a in arrays_of(model, norm).items() if not name.startswith(_OPTIMISER)}
     require_alike(arrays, present, where)
     model.policy.load_state_dict(

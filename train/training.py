@@ -20,6 +20,7 @@ from baselines.policies.learned.network import load_network
 from baselines.policies.learned.ray_interface import Rays
 from baselines.policies.learned.run_files import POLICY
 from baselines.policies.registry import specs_of
+from train._averages import PolicyAverage
 from train._callback import Between
 from train._checkpoints import TRAINING, Checkpoints, State, read_state, read_training
 from train._config import TrainConfig
@@ -97,6 +98,7 @@ class Run:
         _write_record(config)
         self.norm = environments(config, config.seed)
         self.model = make_model(config, self.norm)
+        self.average = PolicyAverage(self.model.policy, config.ppo.average_age)
         self.state, self.best, table = State(), -1.0, None
         self._before: Any = None
         if last is not None:
@@ -126,6 +128,7 @@ class Run:
         """
         arrays = read_training(start)
         restore(arrays, self.model, self.norm, where=str(start / TRAINING))
+        self.average.restore(arrays, where=str(start / TRAINING))
         self._before = load_network(start / POLICY).origin.get("begun_with")
         self.checkpoints.point("last", start)
         self.state = read_state(start)
@@ -155,7 +158,7 @@ class Run:
         """Score of the model as it is; saves it, as the best if it is."""
         steps, imitated = self.model.num_timesteps, self.state.imitated
         network = exported(
-            self.model,
+            self.average.policy,
             self.norm,
             self.scenario,
             interface=self.config.envs.interface,
@@ -170,7 +173,7 @@ class Run:
         )
         score = self.curve.evaluated(network, imitated + steps)
         self.state = State(agent_steps=steps, imitated=imitated, updates=updates, score=score)
-        arrays = arrays_of(self.model, self.norm) | arrays_of_table(self.curve.table)
+        arrays = arrays_of(self.model, self.norm) | self.average.arrays() | arrays_of_table(self.curve.table)
         self.checkpoints.save(arrays, network, self.state, best=score > self.best)
         self.best = max(self.best, score)
         self.curve.write()  # last: a run that is killed before leaves no scores of a network that is lost
@@ -188,7 +191,12 @@ class Run:
         total, done = self.config.ppo.agent_steps, self.state.agent_steps
         task = progress.add_task("PPO", total=total, completed=done)
         between = Between(
-            self.config, updates=self.state.updates, progress=progress, task=task, evaluate=self.evaluated
+            self.config,
+            updates=self.state.updates,
+            progress=progress,
+            task=task,
+            evaluate=self.evaluated,
+            learned=self.average.update,
         )
         self.model.learn(total - done, callback=between, reset_num_timesteps=done == 0)
         self.evaluated(between.updates)
