@@ -87,7 +87,6 @@ class Run:
     def __init__(self, config: TrainConfig, console: Console) -> None:
         """Claim the folder, make the environments, take up the last checkpoint if there is one to."""
         self.config, self._console = config, console
-        self.scenario = scenarios_of(config)[0]
         self.checkpoints = Checkpoints(config.out)
         _check(config, self.scenario)
         if config.resume:
@@ -108,6 +107,11 @@ class Run:
             begin_with(read_training(first), self.model, self.norm, where=str(first / TRAINING))
         self.curve = Curve(config.out, selected_scenarios(config), config.selection, table)
         self.model.set_logger(configure(str(config.out / "tensorboard"), ["tensorboard"]))
+
+    @property
+    def scenario(self) -> Scenario:
+        """That is named first in the settings; its layout is that of the checkpoints."""
+        return scenarios_of(self.config)[0]
 
     def _checked_last(self) -> Path:
         """Checkpoint to go on from, if it fits; says so if it is not the last one."""
