@@ -42,11 +42,24 @@ def team() -> Team:
     return team_graph()
 
 
-def test_written_again_they_are_the_same_to_the_byte(tmp_path: Path) -> None:
+def test_written_again_they_are_the_same(tmp_path: Path) -> None:
+    """To the byte, but for numbers of graphs that processors round in other ways."""
     write_all(tmp_path)
     shipped, again = unpacked(wifipgo.example_data()), unpacked(tmp_path)
     assert again.keys() == shipped.keys()
-    assert [name for name in shipped if shipped[name] != again[name]] == []
+    graphs = {name for name in shipped if name.endswith(".g2o")}
+    assert [name for name in shipped if name not in graphs and shipped[name] != again[name]] == []
+    for name in sorted(graphs):
+        (words, there), (same, here) = taken_apart(shipped[name]), taken_apart(again[name])
+        assert words == same
+        np.testing.assert_allclose(here, there, rtol=1e-6, atol=1e-6, err_msg=name)
+
+
+def taken_apart(graph: bytes) -> tuple[list[str], list[float]]:
+    """Words and whole numbers of a graph file, and its other numbers."""
+    tokens = graph.decode().split()
+    numbers = [token for token in tokens if "." in token or "e-" in token]
+    return [token for token in tokens if token not in set(numbers)], [float(token) for token in numbers]
 
 
 def test_they_are_small_and_in_the_package() -> None:
