@@ -46,10 +46,7 @@ def begin_with(arrays: Mapping[str, np.ndarray], model: PPO, norm: VecNormalize,
         BadInputError: An array is missing, of another shape or not finite; names it.
     """
     judged = {
-        name: arrays.get(f"{AVERAGE}{name.removeprefix(_WEIGHTS)}", array)
-        if name.startswith(_WEIGHTS)
-        else array
-        for name, array in arrays.items()
+        name: arrays.get(f"{AVERAGE}{name.removeprefix(_WEIGHTS)}", array) for name, array in arrays.items()
     }
     _put(judged, model, norm, where)
 
