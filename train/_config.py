@@ -16,6 +16,8 @@ from wifipgo.errors import pick, require
 # Root of the seeds of the tables in docs/training.md: never trained on, never chosen by.
 HELD_OUT_SEED = 2026
 _IN = " in "
+# Who is imitated where a network is to stay as it is: the one that the training begins with.
+START = "start"
 # What a value is read from, and whether that is more than what the robot is shown.
 CRITICS: Mapping[str, bool] = MappingProxyType({"own": False, "team": True})
 
@@ -64,6 +66,11 @@ class EnvsConfig:
         require(len(self.others) < self.n_envs, "envs.others", rule, self.others)
         pick(REWARDS, self.reward, "envs.reward")
         pick(INTERFACES, self.interface, "envs.interface")
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """Scenarios that environments take in turn, as the settings name them."""
+        return (self.scenario, *self.others)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,7 +158,8 @@ class ImitationConfig:
     that an environment is driven by the script for a step (DAgger). Values learn the returns.
 
     Attributes:
-        policy: Who is imitated, e.g. active or ppo:path=RUN; empty: start from nothing.
+        policy: Who is imitated, e.g. active or ppo:path=RUN; start: the network that is begun with, by how
+            likely each of its choices is, so that there it stays as it was; empty: start from nothing.
         instead: Who is imitated in single scenarios, each ``POLICY in SCENARIO`` as envs.others has it.
         rounds: Rounds of collecting and fitting.
         agent_steps: Collected in each round.
@@ -159,6 +167,8 @@ class ImitationConfig:
         batch_size: Agent-steps of a gradient step.
         learning_rate: Of Adam.
         expert_share: Chance that the script drives after the first round.
+        stay_weight: Of the divergence from the network that is begun with, where start is imitated, beside
+            the likelihood of what others would do elsewhere.
     """
 
     policy: str = ""
@@ -169,12 +179,14 @@ class ImitationConfig:
     batch_size: int = 256
     learning_rate: float = 1e-3
     expert_share: float = 0.2
+    stay_weight: float = 30.0
 
     def __post_init__(self) -> None:
         """Reject values that cannot mean anything."""
         for name in ("rounds", "agent_steps", "epochs", "batch_size"):
             require(getattr(self, name) >= 1, f"imitation.{name}", ">= 1", getattr(self, name))
         require(self.learning_rate > 0.0, "imitation.learning_rate", "> 0", self.learning_rate)
+        require(self.stay_weight > 0.0, "imitation.stay_weight", "> 0", self.stay_weight)
         require(0.0 <= self.expert_share <= 1.0, "imitation.expert_share", "in [0, 1]", self.expert_share)
         for text in self.instead:
             policy, _, scenario = text.partition(_IN)
@@ -260,7 +272,10 @@ class TrainConfig:
         rule = f"own unless envs.interface is {' or '.join(DIRECTIONS)}: other policies would read the truth"
         require(apart, "ppo.critic", rule, self.ppo.critic)
         teaches, begun = bool(self.imitation.policy), bool(self.start)
-        texts = dict.fromkeys((self.envs.scenario, *self.envs.others))
+        texts = dict.fromkeys(self.envs.texts)
+        stays = START in map(self.imitation.in_scenario, texts)
+        rule = f"other than {START} unless a network is begun with (start)"
+        require(begun or not stays, "imitation.policy", rule, START)
         for text in self.imitation.instead:
             pick(texts, text.partition(_IN)[2], "scenario of imitation.instead")
         require(

@@ -5,30 +5,21 @@ learning", 2011: from the second round on the network drives, so that it learns 
 """
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from copy import deepcopy
 
 import numpy as np
 import torch
-from jaxtyping import Bool, Float, Shaped
+from jaxtyping import Bool
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
-from torch.nn.functional import mse_loss
 
 from baselines.policies import TeamsPolicy, make_policy
-from train._config import ImitationConfig, TrainConfig
+from train._config import START, TrainConfig
+from train._lessons import Learner, Lessons, fit, returns_of
 from train._rollouts import rounded_up, scenarios_of, teams_of
 from train._vec_env import TeamVecEnv
 
 _STREAM = 0xDA6
-_VALUE_WEIGHT = 0.25
-
-
-class Lessons(NamedTuple):
-    """What was seen, what the script would have done, and what came of it."""
-
-    shown: Float[np.ndarray, "rows shown"]
-    answers: Shaped[np.ndarray, "rows ..."]
-    returns: Float[np.ndarray, " rows"]
 
 
 def imitate(model: PPO, norm: VecNormalize, config: TrainConfig, *, on_step: Callable[[int], None]) -> int:
@@ -47,6 +38,9 @@ def imitate(model: PPO, norm: VecNormalize, config: TrainConfig, *, on_step: Cal
     rng = np.random.default_rng(np.random.SeedSequence(config.seed, spawn_key=(_STREAM,)))
     team = _Scripts(norm, config)
     optimizer = torch.optim.Adam(model.policy.parameters(), lr=cfg.learning_rate)
+    learner = Learner(model.policy, deepcopy(model.policy), optimizer, norm)
+    if team.stays.any():
+        norm.training = False  # what is shown to a network that is to stay as it is stays, too
     lessons: list[Lessons] = []
     n_steps = rounded_up(cfg.agent_steps, norm.num_envs, scenarios_of(config)[0].n_steps)
     shown = norm.reset()
@@ -56,15 +50,21 @@ def imitate(model: PPO, norm: VecNormalize, config: TrainConfig, *, on_step: Cal
             model, norm, team, np.asarray(shown), n_steps=n_steps, share=share, rng=rng, on_step=on_step
         )
         lessons.append(found)
-        _fit(model, norm, lessons, cfg=cfg, optimizer=optimizer, rng=rng)
+        fit(learner, lessons, cfg=cfg, rng=rng)
+    norm.training = True
     return cfg.rounds * n_steps * norm.num_envs
 
 
 def teachers(config: TrainConfig) -> list[TeamsPolicy]:
     """Who is imitated in each scenario."""
-    texts = (config.envs.scenario, *config.envs.others)
-    specs = map(config.imitation.in_scenario, texts)
+    specs = (_spec(config, text) for text in config.envs.texts)
     return [make_policy(spec, each) for spec, each in zip(specs, scenarios_of(config), strict=True)]
+
+
+def _spec(config: TrainConfig, text: str) -> str:
+    """Who is imitated in a scenario, as policies are named."""
+    found = config.imitation.in_scenario(text)
+    return f"ppo:path={config.start}" if found == START else found
 
 
 class _Scripts:
@@ -83,6 +83,10 @@ class _Scripts:
         self.n_teams = n
         self._bounds = np.cumsum([part.n_rows for part in self._parts])[:-1]
         self._team_sizes = np.concatenate([part.team_sizes for part in self._parts])
+        taught = [config.imitation.in_scenario(text) for text in config.envs.texts]
+        numbers = np.concatenate([teams for *_, teams in of_each])
+        #: Rows in which the network is to stay as it was.
+        self.stays = self.by_row(np.array([who == START for who in taught])[numbers % len(taught)])
 
     def answers(self) -> np.ndarray:
         """What the scripts would do now, as answers of a network."""
@@ -164,41 +168,6 @@ def _collected(
         ends.append(dones)
         scripts.ended(dones)
         on_step(norm.num_envs)
-    returns = _returns(np.stack(rewards), np.stack(ends), model.gamma)
-    return shown, Lessons(np.concatenate(seen), np.concatenate(said), returns.ravel())
-
-
-def _returns(
-    rewards: Float[np.ndarray, "steps rows"], ends: Bool[np.ndarray, "steps rows"], gamma: float
-) -> Float[np.ndarray, "steps rows"]:
-    """Discounted sum of what follows until the end of the episode."""
-    out = np.zeros_like(rewards)
-    ahead = np.zeros(rewards.shape[1], dtype=rewards.dtype)
-    for k in range(len(rewards) - 1, -1, -1):
-        ahead = out[k] = rewards[k] + gamma * np.where(ends[k], 0.0, ahead)
-    return out
-
-
-def _fit(
-    model: PPO,
-    norm: VecNormalize,
-    lessons: Sequence[Lessons],
-    *,
-    cfg: ImitationConfig,
-    optimizer: torch.optim.Optimizer,
-    rng: np.random.Generator,
-) -> None:
-    """Passes over all lessons: likelihood of what the script said, squared error of the value."""
-    shown, answers, returns = (np.concatenate(column) for column in zip(*lessons, strict=True))
-    x = torch.as_tensor(norm.normalize_obs(shown))
-    said, worth = torch.as_tensor(answers), torch.as_tensor(norm.normalize_reward(returns))
-    model.policy.set_training_mode(True)
-    for _ in range(cfg.epochs):
-        for batch in np.array_split(rng.permutation(len(x)), max(len(x) // cfg.batch_size, 1)):
-            values, likelihood, _ = model.policy.evaluate_actions(x[batch], said[batch])
-            loss = _VALUE_WEIGHT * mse_loss(values[:, 0], worth[batch]) - likelihood.mean()
-            optimizer.zero_grad()
-            loss.backward()  # type: ignore[no-untyped-call]
-            torch.nn.utils.clip_grad_norm_(model.policy.parameters(), 1.0)
-            optimizer.step()
-    model.policy.set_training_mode(False)
+    returns = returns_of(np.stack(rewards), np.stack(ends), model.gamma)
+    stays = np.tile(scripts.stays, n_steps)
+    return shown, Lessons(np.concatenate(seen), np.concatenate(said), returns.ravel(), stays)

@@ -33,7 +33,7 @@ def scenarios_of(config: TrainConfig) -> list[Scenario]:
         ValueError: One is unknown, or has another layout or another interface to the network.
     """
     changes = dict(map(key_value, config.envs.overrides))
-    texts = (config.envs.scenario, *config.envs.others)
+    texts = config.envs.texts
     scenarios = [scenario_varied(text, **changes) for text in texts]
     for text, other in zip(texts[1:], scenarios[1:], strict=True):
         rule = (

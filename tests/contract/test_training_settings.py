@@ -38,6 +38,12 @@ from wifipgo.files.folder_lock import held
             "imitation.instead must be empty without imitation",
         ),
         ("imitation: {policy: active, instead: [rando in paper-sim-2]}", "unknown policy 'rando'"),
+        ("imitation: {policy: start}", "imitation.policy must be other than start unless a network is begun"),
+        (
+            "imitation: {policy: active, instead: [start in paper-sim-2]}",
+            "imitation.policy must be other than start unless",
+        ),
+        ("imitation: {policy: active, stay_weight: 0}", "imitation.stay_weight must be > 0, got 0.0"),
         ("start: no/such/run", "no/such/run/checkpoints/best.json"),
         ("imitation: {policy: frontier_hom}", "unknown policy 'frontier_hom'; known: active,"),
         ("selection: {policies: ['active:err=1']}", "unknown parameter of policy 'active': 'err'; known:"),
