@@ -163,7 +163,6 @@ def _report(episode: Episode, name: str, console: Console) -> None:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run from the command line; the exit code is that of `wifipgo.command.command_line`."""
-    kept = "interrupted; nothing was written"
 
     def job() -> None:
         watch(
@@ -171,7 +170,7 @@ def main(args: Sequence[str] | None = None) -> int:
             console=Terminal(),
         )
 
-    return exit_code(job, interrupted=kept)
+    return exit_code(job)
 
 
 if __name__ == "__main__":

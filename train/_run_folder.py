@@ -16,8 +16,7 @@ def check_claim(out: Path, kind: str, *, resume: bool, overwrite: bool) -> None:
         require(is_of(out, kind), "out", f"a folder of {kind}, with its manifest.jsonl", str(out))
     else:
         rule = "new or empty (--resume continues a run, --overwrite replaces it)"
-        mine = not out.is_dir() or is_of(out, kind)
-        check_free(out, kind, overwrite=overwrite and mine, rule=rule)
+        check_free(out, kind, overwrite=overwrite, rule=rule)
 
 
 def claim(out: Path, kind: str, *, resume: bool, overwrite: bool) -> None:

@@ -174,8 +174,8 @@ Two headlines, in `paper-hw-2` (two robots, no obstacles): by what factor random
 the last ten iterations than active rendezvous (the paper: 6), and by how much active rendezvous lowers the
 ground-truth error at the end, Eq. 12 + Eq. 13 (the paper's later version: 64 %). The paper's text leaves open
 much that a simulation has to fix. Here everything that is ours is changed, one at a time and all else as it
-was, in the same worlds; changes are ranked by how far they move the ratio. In red: what happens without the
-three things that are known to carry it."""
+was, in the same worlds; changes are ranked by how far they move the ratio. In orange: what happens without
+the three things that are known to carry it."""
 _THREE_THINGS = """\
 1. **Poses are optimised only at a rendezvous.** Between two of them a robot dead-reckons and Err piles up;
    who never meets never optimises. Robots that optimise at every step, alone, are a far stronger baseline.

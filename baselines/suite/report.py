@@ -8,7 +8,7 @@ from rich.console import Console
 from baselines.suite.definition import SUITES
 from baselines.suite.results import FILE, Results, write_results
 from baselines.suite.standings import Standing, standings_of
-from baselines.suite.table import markdown_table, terminal_table
+from baselines.suite.table import markdown_table, terminal_tables
 from wifipgo.command.terminal import say
 from wifipgo.files import results_folder
 from wifipgo.files.atomic_files import write_text
@@ -51,7 +51,7 @@ def report(
     standings: Sequence[Standing], results: Results, reference: str, out: Path, console: Console
 ) -> None:
     """Print the table, and where everything is."""
-    console.print(terminal_table(standings, title(results, reference)))
+    console.print(terminal_tables(standings, title(results, reference)))
     say(
         console,
         "IQM: interquartile mean of scores between a random walk (0) and near-perfect localisation (1)",

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from rich.box import SIMPLE
+from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
@@ -13,18 +14,25 @@ from baselines.suite.standings import Standing
 HEADS = ("policy", "IQM", "P(better)", "above, below")
 
 
-def terminal_table(standings: Sequence[Standing], title: str) -> Table:
-    """A row a policy: aggregates, then the mapped share in each scenario, per cent."""
-    table = Table(title=title, title_justify="left", box=SIMPLE, padding=(0, 1, 0, 0))
-    for head in HEADS:
-        table.add_column(head, no_wrap=True)
-    for name in standings[0].scores:
-        table.add_column(name, justify="right", no_wrap=True)
+def terminal_tables(standings: Sequence[Standing], title: str) -> Group:
+    """A row a policy: aggregates, and below them the mapped share in each scenario, per cent.
+
+    Each of the two fits into 80 columns, where one table of both would lose its cells.
+    """
+    whole, each = _table(title, HEADS), _table("", ("policy", *standings[0].scores))
     for one in standings:
-        cells = [_two_lines(each) for each in one.scores.values()]
-        improvement = "" if one.improvement is None else _interval(one.improvement, "\n")
+        improvement = "" if one.improvement is None else _interval(one.improvement)
         counts = "" if one.improvement is None else f"{one.above}, {one.below}"
-        table.add_row(Text(one.label), _interval(one.iqm, "\n"), improvement, counts, *cells)
+        whole.add_row(Text(one.label), _interval(one.iqm), improvement, counts)
+        each.add_row(Text(one.label), *(_two_lines(score) for score in one.scores.values()))
+    return Group(whole, "", each, "")
+
+
+def _table(title: str, heads: Sequence[str]) -> Table:
+    table = Table(title=title or None, title_justify="left", box=SIMPLE, padding=0, show_edge=False)
+    table.add_column(heads[0])
+    for head in heads[1:]:
+        table.add_column(head, justify="right", no_wrap=True)
     return table
 
 
@@ -34,10 +42,10 @@ def markdown_table(standings: Sequence[Standing]) -> str:
     rows = []
     best = {name: max(_per_cent(one.scores[name]) for one in standings) for name in names}
     for one in standings:
-        improvement = "" if one.improvement is None else _interval(one.improvement, " ")
+        improvement = "" if one.improvement is None else _interval(one.improvement)
         counts = "" if one.improvement is None else f"{one.above}, {one.below}"
         cells = [_cell(one.scores[name], best[name]) for name in names]
-        rows.append([markdown_text(one.label), _interval(one.iqm, " "), improvement, counts, *cells])
+        rows.append([markdown_text(one.label), _interval(one.iqm), improvement, counts, *cells])
     return pipe_table([*HEADS, *names], rows)
 
 
@@ -69,5 +77,5 @@ def _half(score: Estimate) -> float:
     return 50.0 * ((score.high or 0.0) - (score.low or 0.0))
 
 
-def _interval(found: Estimate, between: str) -> str:
-    return f"{found.value:.3f}{between}[{found.low:.3f}, {found.high:.3f}]"
+def _interval(found: Estimate) -> str:
+    return f"{found.value:.3f} [{found.low:.3f}, {found.high:.3f}]"

@@ -7,10 +7,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from rich.table import Table
 
 from wifipgo.command.command_line import exit_code, printable
 from wifipgo.command.terminal import Terminal, say
 from wifipgo.errors import BadInputError, DoubtfulError, NumericalError
+from wifipgo.files.atomic_files import appearing, write_text
+from wifipgo.radio.recordings import __main__ as recordings
+from wifipgo.radio.recordings import picture
 
 ROOT = Path(__file__).parents[2]
 
@@ -40,6 +44,40 @@ def test_an_end_is_a_code_and_one_line(
     assert output == ""
     assert errors.startswith(said)
     assert errors.count("\n") == 1
+
+
+@pytest.mark.parametrize("n_more", [0, 2])
+def test_a_command_that_is_stopped_names_what_it_left(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], n_more: int
+) -> None:
+    """Each file once, none that is gone again, none of a command before."""
+    write_text(tmp_path / "of another", "")
+    kept = [tmp_path / f"{k}.txt" for k in range(3)]
+
+    def stopped() -> None:
+        for path in (*kept, kept[0], tmp_path / "gone", *(tmp_path / f"more {k}" for k in range(n_more))):
+            write_text(path, "whole")
+        (tmp_path / "gone").unlink()
+        with pytest.raises(KeyboardInterrupt), appearing(tmp_path / "half"):
+            raise KeyboardInterrupt
+        raise KeyboardInterrupt
+
+    assert exit_code(stopped) == 130
+    names = [*map(str, kept), *([f"{tmp_path / 'more 0'} and 1 more"] if n_more else [])]
+    assert capsys.readouterr().err == f"interrupted; whole, and kept: {', '.join(names)}\n"
+
+
+def test_recordings_that_are_stopped_while_they_are_drawn_say_what_is_there(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(picture, "save_picture", stopped)
+    assert recordings.main(["example", "--out", str(tmp_path)]) == 130
+    there = sorted(tmp_path.iterdir())
+    assert [path.name for path in there] == ["csi.csv", "csi.json"]
+    assert capsys.readouterr().err == f"interrupted; whole, and kept: {there[0]}, {there[1]}\n"
 
 
 @pytest.mark.parametrize(
@@ -131,3 +169,19 @@ def test_programs_of_others_keep_their_ctrl_c() -> None:
     )
     command = [sys.executable, "-c", program, "-m", "wifipgo.graph.optimise"]
     assert subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout == "True\n"
+
+
+def test_no_name_in_a_table_is_cut(capsys: pytest.CaptureFixture[str]) -> None:
+    """Long words go on in the next line where columns are narrow."""
+    table = Table("field", "meaning")
+    table.add_row(
+        "wifipgo.radio.propagation.materials", "a name in wifipgo.radio.propagation.diffraction.KINDS"
+    )
+    Terminal(width=40).print(table)
+    lines = capsys.readouterr().out.splitlines()
+    assert all(len(line) <= 40 for line in lines)
+    cells = ["".join(parts) for parts in zip(*(line.split("│")[1:3] for line in lines[3:-1]), strict=True)]
+    assert [cell.replace(" ", "") for cell in cells] == [
+        "wifipgo.radio.propagation.materials",
+        "anameinwifipgo.radio.propagation.diffraction.KINDS",
+    ]

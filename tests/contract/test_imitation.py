@@ -101,7 +101,7 @@ def shown_in(config: TrainConfig) -> tuple[np.ndarray, np.ndarray]:
     norm.reset()
     scripts, shown = _Scripts(norm, config), []
     for _ in range(8):
-        shown.append(norm.get_original_obs())
+        shown.append(np.asarray(norm.get_original_obs()))
         norm.step(scripts.answers())
     norm.close()
     return np.concatenate([s[scripts.stays] for s in shown]), np.concatenate(

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 from types import MappingProxyType
 
@@ -10,6 +11,7 @@ import pytest
 from support.project_files import ROOT
 
 from baselines.evaluate import run_episodes
+from baselines.evaluation.intervals import Estimate
 from baselines.merge import main as merge
 from baselines.suite import definition, leaderboard, run
 from baselines.suite.__main__ import main
@@ -17,8 +19,9 @@ from baselines.suite.config import SuiteConfig
 from baselines.suite.definition import SUITES, Part, Suite, anchors_of, digest_of
 from baselines.suite.results import FILE, Results, joined, read_results, write_results
 from baselines.suite.run import play_suite
-from baselines.suite.standings import decided_between
-from baselines.suite.table import pairs_table
+from baselines.suite.standings import Standing, decided_between
+from baselines.suite.table import pairs_table, terminal_tables
+from wifipgo.command.terminal import Terminal
 from wifipgo.scenarios import SCENARIOS
 
 POLICIES = "random,active"
@@ -219,6 +222,21 @@ def test_who_is_above_follows_from_paired_differences(done: Results) -> None:
     assert decided_between(found, "better", "active") == (n, 0)
     assert decided_between(found, "active", "better") == (0, n)
     assert decided_between(found, "active", "active") == (0, 0)
+
+
+def test_tables_fit_into_eighty_columns() -> None:
+    """Whatever a policy is called: every number is there, on one line with its column."""
+    score = Estimate(1.0, 0.9, 1.0)
+    scores = dict.fromkeys(SUITES["suite-v1"].parts, score)
+    one = Standing(
+        "a_policy_with_a_rather_long_name", score, score, 10, 0, scores, dict.fromkeys(scores, 1.0)
+    )
+    console = Terminal(width=80, record=True, file=StringIO())
+    console.print(terminal_tables([one], "title"))
+    text = console.export_text()
+    assert "…" not in text
+    assert text.count("100.0") == text.count("±5.0") == len(scores)
+    assert text.count("1.000 [0.900, 1.000]") == 2
 
 
 def test_versions_are_what_was_published() -> None:

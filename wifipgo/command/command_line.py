@@ -15,7 +15,7 @@ code  meaning
 A command is ``main``, which returns the code, and a job, which raises::
 
     def main(args: Sequence[str] | None = None) -> int:
-        return exit_code(lambda: work(parsed(args)), interrupted="interrupted; nothing was written")
+        return exit_code(lambda: work(parsed(args)))
 
     if __name__ == "__main__":
         sys.exit(main())
@@ -34,14 +34,17 @@ from unicodedata import category
 
 from wifipgo.command.early_interrupts import unwatch
 from wifipgo.errors import BadInputError, DoubtfulError, NumericalError
+from wifipgo.files.made_files import made_since, mark
 
+# Files that are named when a command is stopped.
+_NAMED = 4
 DONE, DOUBTFUL, BAD_INPUT, NUMERICAL, DEFECT, INTERRUPTED, UNREAD = 0, 1, 2, 3, 70, 130, 141
 
 
 def exit_code(
     job: Callable[[], object],
     *,
-    interrupted: str = "interrupted; nothing was written",
+    interrupted: str = "",
     computes: bool = True,
 ) -> int:
     """Run a command and say how it ended.
@@ -49,10 +52,12 @@ def exit_code(
     Args:
         job: Reads the command line and works. `ValueError` and `RuntimeError` other than the
             named ones are defects: what the user gave is refused where it is read.
-        interrupted: What to say when the user stops it: what is kept, and how to go on.
+        interrupted: What to say when the user stops it: what is kept, and how to go on. Without it, which
+            files are there.
         computes: Whether linear algebra is done, on one thread; without it numpy is not loaded.
     """
     _replace_what_cannot_be_shown()
+    began = mark()
     try:
         threads = _one_thread() if computes else nullcontext()  # loads: before the next line
         unwatch()
@@ -60,10 +65,17 @@ def exit_code(
             job()
         _flush(sys.stdout)
     except KeyboardInterrupt:
-        return _ended(INTERRUPTED, interrupted)
+        return _ended(INTERRUPTED, interrupted or f"interrupted; {_kept(began)}")
     except Exception as failure:
         return _ended(*_code_and_message(failure))
     return DONE
+
+
+def _kept(moment: int) -> str:
+    """What a command that was stopped has written since it began."""
+    names = [str(path) for path in made_since(moment)]
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return f"whole, and kept: {', '.join(names[:_NAMED])}{more}" if names else "nothing was written"
 
 
 def _one_thread() -> AbstractContextManager[object]:

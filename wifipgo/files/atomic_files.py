@@ -8,6 +8,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from wifipgo.errors import BadInputError
+from wifipgo.files.made_files import note_made
 
 
 @contextmanager
@@ -27,6 +28,7 @@ def appearing(path: Path, *, by_suffix: bool = False) -> Iterator[Path]:
         yield unfinished
         _on_disk(unfinished)
         os.replace(unfinished, path)
+        note_made(path)
     except OSError as failure:
         if str(failure.filename) != str(unfinished):
             raise

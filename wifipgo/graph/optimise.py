@@ -35,7 +35,7 @@ from wifipgo.graph.distributed.robust import solve_reweighted
 from wifipgo.graph.files.bearings_csv import read_bearings
 from wifipgo.graph.files.graph_files import cut, read_graph
 from wifipgo.graph.optimise_accuracy import against_truth, incremental, truth_of
-from wifipgo.graph.optimise_figures import Gated, Outcome, check_heard, figures, seconds_each
+from wifipgo.graph.optimise_figures import Gated, Outcome, check_heard, contradiction, figures, seconds_each
 from wifipgo.graph.outliers.graph_directions import graph_direction_weights
 from wifipgo.graph.outliers.methods import OUTLIER_METHODS, OutlierMethod
 from wifipgo.graph.outliers.pcm import consistent_sets
@@ -227,6 +227,8 @@ def run(
             report["accuracy"] = against.report
         results.publish(reading, outcome.poses, outcome.weight, table | report, single=not path.is_dir())
         print_table(table, title=printable(path.resolve().name))
+        if doubt := contradiction(table, robust):
+            say(f"note: {doubt}")
         say(f"results: {out}")
         results.draw(reading.graph, outcome.poses, outcome.weight)
     if not outcome.converged:

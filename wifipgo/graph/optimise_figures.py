@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from wifipgo.errors import require
 from wifipgo.graph.accuracy import aligned, rmse_rot, rmse_trans
@@ -21,6 +21,8 @@ STEPS: Mapping[str, str] = MappingProxyType(
     {"gtsam": "iterations", "distributed": "rounds", "two_level": "rounds"}
 )
 
+# Row of the table, and above which value of it noise is no explanation.
+PER_FREEDOM, _MUCH = "chi-square per degree of freedom", 10.0
 _NOBODY: Mapping[int, float] = {}  # a plain table, which can go from process to process
 
 
@@ -84,6 +86,7 @@ def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) ->
         "error before": 0.5 * float(chi_squares(graph, graph.poses).sum()),
         "error after": 0.5 * float(chi_squares(graph, outcome.poses).sum()),
         "error after, weighed": 0.5 * float(chi_squares(kept, outcome.poses).sum()),
+        PER_FREEDOM: _per_freedom(reading, outcome.weight, chi_squares(kept, outcome.poses), part),
         "chordal cost before": chordal_cost(matrices(graph.poses), edges),
         "chordal cost after": chordal_cost(matrices(outcome.poses), edges),
         **_moved(outcome.poses, graph),
@@ -99,6 +102,35 @@ def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) ->
         "seconds of the busiest robot": max(outcome.seconds_each.values(), default={}),
         **_of_files(reading),
     }
+
+
+def _per_freedom(
+    reading: Reading,
+    weight: Float[np.ndarray, " edges"],
+    squares: Float[np.ndarray, " edges"],
+    part: Int[np.ndarray, " poses"],
+) -> object:
+    """Chi-square over the numbers that poses do not use up; near 1 where noise is what was stated.
+
+    A measurement counts as much as the robust method left of it. Each part of the graph has a pose that is
+    held, if no other is.
+    """
+    graph = reading.graph
+    held = np.unique(part[reading.fixed])
+    n_free = len(part) - len(reading.fixed) - (int(part.max()) + 1 - len(held))
+    freedoms = graph.information.shape[-1] * (float(weight[graph.weight > 0.0].sum()) - n_free)
+    return float(squares.sum()) / freedoms if freedoms >= 1.0 else {}
+
+
+def contradiction(table: Mapping[str, object], robust: str) -> str:
+    """What a fit says that no noise explains, where nothing guards against outliers; else nothing."""
+    found = table[PER_FREEDOM]
+    if robust != "none" or not isinstance(found, float) or found < _MUCH:
+        return ""
+    return (
+        f"measurements contradict each other: chi-square {found:.3g} per degree of freedom, where noise as "
+        "it is stated gives 1: outliers (try --robust gnc), or noise that is larger"
+    )
 
 
 def _of_files(reading: Reading) -> dict[str, object]:
