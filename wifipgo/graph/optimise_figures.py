@@ -73,7 +73,6 @@ def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) ->
     """What the table shows, by name; the errors are of the measurements as they were given."""
     graph = reading.graph
     part, edges = components(graph), links(graph)
-    kept = graph.with_weight(graph.weight * outcome.weight)
     return {
         "backend": backend,
         "robust": robust,
@@ -83,10 +82,7 @@ def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) ->
         "edges between robots": int(graph.between_robots.sum()),
         "components": int(part.max()) + 1,
         "poses outside the largest": len(part) - int(np.bincount(part).max()),
-        "error before": 0.5 * float(chi_squares(graph, graph.poses).sum()),
-        "error after": 0.5 * float(chi_squares(graph, outcome.poses).sum()),
-        "error after, weighed": 0.5 * float(chi_squares(kept, outcome.poses).sum()),
-        PER_FREEDOM: _per_freedom(reading, outcome.weight, chi_squares(kept, outcome.poses), part),
+        **_errors(reading, outcome, part),
         "chordal cost before": chordal_cost(matrices(graph.poses), edges),
         "chordal cost after": chordal_cost(matrices(outcome.poses), edges),
         **_moved(outcome.poses, graph),
@@ -104,22 +100,22 @@ def figures(reading: Reading, outcome: Outcome, *, backend: str, robust: str) ->
     }
 
 
-def _per_freedom(
-    reading: Reading,
-    weight: Float[np.ndarray, " edges"],
-    squares: Float[np.ndarray, " edges"],
-    part: Int[np.ndarray, " poses"],
-) -> object:
-    """Chi-square over the numbers that poses do not use up; near 1 where noise is what was stated.
+def _errors(reading: Reading, outcome: Outcome, part: Int[np.ndarray, " poses"]) -> dict[str, object]:
+    """Half the chi-squares before and after, and that of what was believed per degree of freedom.
 
-    A measurement counts as much as the robust method left of it. Each part of the graph has a pose that is
-    held, if no other is.
+    That is near 1 where noise is what was stated. A measurement counts as much as the robust method left of
+    it; each part of the graph has a pose that is held, if no other is.
     """
-    graph = reading.graph
-    held = np.unique(part[reading.fixed])
-    n_free = len(part) - len(reading.fixed) - (int(part.max()) + 1 - len(held))
+    graph, weight = reading.graph, outcome.weight
+    squares = chi_squares(graph.with_weight(graph.weight * weight), outcome.poses).sum()
+    n_free = len(part) - len(reading.fixed) - (int(part.max()) + 1 - len(np.unique(part[reading.fixed])))
     freedoms = graph.information.shape[-1] * (float(weight[graph.weight > 0.0].sum()) - n_free)
-    return float(squares.sum()) / freedoms if freedoms >= 1.0 else {}
+    return {
+        "error before": 0.5 * float(chi_squares(graph, graph.poses).sum()),
+        "error after": 0.5 * float(chi_squares(graph, outcome.poses).sum()),
+        "error after, weighed": 0.5 * float(squares),
+        PER_FREEDOM: float(squares) / freedoms if freedoms >= 1.0 else {},
+    }
 
 
 def contradiction(table: Mapping[str, object], robust: str) -> str:
