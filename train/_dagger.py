@@ -57,14 +57,11 @@ def imitate(model: PPO, norm: VecNormalize, config: TrainConfig, *, on_step: Cal
 
 def teachers(config: TrainConfig) -> list[TeamsPolicy]:
     """Who is imitated in each scenario."""
-    specs = (_spec(config, text) for text in config.envs.texts)
-    return [make_policy(spec, each) for spec, each in zip(specs, scenarios_of(config), strict=True)]
-
-
-def _spec(config: TrainConfig, text: str) -> str:
-    """Who is imitated in a scenario, as policies are named."""
-    found = config.imitation.in_scenario(text)
-    return f"ppo:path={config.start}" if found == START else found
+    names = map(config.imitation.in_scenario, config.envs.texts)
+    return [
+        make_policy("ppo", each, path=config.start) if name == START else make_policy(name, each)
+        for name, each in zip(names, scenarios_of(config), strict=True)
+    ]
 
 
 class _Scripts:

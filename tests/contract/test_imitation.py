@@ -1,5 +1,6 @@
 """Scripts that are imitated drive as they would alone; a network stays as it was where that is asked for."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -76,7 +77,8 @@ def test_a_network_stays_as_it_was_where_start_is_imitated(tmp_path: Path, done:
     )
     plain = replace(lessons, policy=f"ppo:path={done.config.out}")
     nothing = replace(FEW, agent_steps=0)
-    later = small(tmp_path, envs=envs, ppo=nothing, start=str(done.config.out), imitation=lessons)
+    begun = shutil.copytree(done.config.out, tmp_path / "lr=1, seed:0")
+    later = small(tmp_path, envs=envs, ppo=nothing, start=str(begun), imitation=lessons)
     runs = {
         name: train(replace(later, out=tmp_path / name, imitation=each))
         for name, each in (
