@@ -23,6 +23,7 @@ from rich.table import Table
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import appearing
 from wifipgo.radio.aoa.peaks import find_peaks
@@ -107,7 +108,7 @@ def main(config: CallsConfig) -> None:
     scenarios = [scenario_named(name) for name in config.scenarios]
     seeds = range(config.seed, config.seed + config.worlds)
     rows = pd.DataFrame(call for one in scenarios for seed in seeds for call in calls_of(one, seed))
-    show(rows, Console(width=None if sys.stdout.isatty() else 140))
+    show(rows, Terminal(width=None if sys.stdout.isatty() else 140))
     if config.out is not None:
         with appearing(config.out) as part:
             rows.to_parquet(part, index=False)

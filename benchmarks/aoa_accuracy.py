@@ -34,6 +34,7 @@ from rich.table import Table
 
 from wifipgo.command.command_line import exit_code
 from wifipgo.command.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from wifipgo.command.terminal import Terminal
 from wifipgo.files.atomic_files import write_json
 from wifipgo.radio import aoa
 from wifipgo.radio.aoa import cramer_rao
@@ -274,7 +275,7 @@ def _draw_bound(axes: Axes, rows: list[Row]) -> None:
 def main(config: AccuracyConfig) -> None:
     """Measure, show, write."""
     table_rows, bound_rows = accuracy(config.trials), against_bound(config.trials)
-    show(table_rows, bound_rows, Console(width=None if sys.stdout.isatty() else 100))
+    show(table_rows, bound_rows, Terminal(width=None if sys.stdout.isatty() else 100))
     if config.json is not None:
         tables = {"table": table_rows, "bound": bound_rows}
         content = {name: [row._asdict() for row in rows] for name, rows in tables.items()}

@@ -21,10 +21,10 @@ import matplotlib as mpl
 import numpy as np
 import tyro
 from jaxtyping import Complex, Float
-from rich.console import Console
 
 from wifipgo.command.command_line import exit_code
 from wifipgo.command.palette import BLUE, VERMILION
+from wifipgo.command.terminal import Terminal
 from wifipgo.files.atomic_files import write_json
 from wifipgo.radio import aoa
 from wifipgo.radio.aoa.confidence import confidence
@@ -109,7 +109,7 @@ def draw(path: Path, profile: np.ndarray, found: aoa.Directions) -> None:
 
 def main(config: ProfileConfig) -> None:
     """Make the profile, say what is in it, draw."""
-    profile, console = profile_of_turn(), Console()
+    profile, console = profile_of_turn(), Terminal()
     found = aoa.find_directions(profile, ELEVATIONS_RAD, n_peaks=2)
     flat = aoa.find_peaks(profile[:, 0], n_peaks=1)
     trust = confidence(profile.max(axis=1))

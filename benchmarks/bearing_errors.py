@@ -20,6 +20,7 @@ from rich.console import Console
 from rich.table import Table
 
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.files.atomic_files import write_json
 from wifipgo.loop.first_tick import start
 from wifipgo.radio.aoa.peaks import find_peaks
@@ -169,7 +170,7 @@ def main(config: ErrorsConfig) -> None:
         found = errors(scenario_named("paper-hw-2", **{**ROOM, **changes}), config.rooms)
         kinds = {"in_sight": True, "beyond_sight": False}
         report[name] = {kind: found.figures(in_sight=seen) for kind, seen in kinds.items()}
-    show(report, Console(width=None if sys.stdout.isatty() else 140))
+    show(report, Terminal(width=None if sys.stdout.isatty() else 140))
     if config.json is not None:
         write_json(config.json, report, allow_nan=True)
 

@@ -27,6 +27,7 @@ from benchmarks._calibration_picture import save_picture
 from benchmarks.bearing_errors import GROSS_DEG, bearings
 from benchmarks.real_csi import DATA, all_links
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.errors import BadInputError, require
 from wifipgo.files.atomic_files import appearing
 from wifipgo.loop.first_tick import start
@@ -205,7 +206,7 @@ def compared(scenarios: Sequence[str], n_rooms: int, seed: int, data: Path) -> p
 def main(config: CalibrationConfig) -> None:
     """Measure, show, write."""
     rows = compared(config.scenarios, config.rooms, config.seed, config.data)
-    show(report(rows), Console(width=None if sys.stdout.isatty() else 160))
+    show(report(rows), Terminal(width=None if sys.stdout.isatty() else 160))
     if config.out is not None:
         write(rows, config.out)
 

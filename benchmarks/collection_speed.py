@@ -24,6 +24,7 @@ from rich.progress import track
 from train import EnvsConfig, TrainConfig, environments
 from train.training import make_model, settle_torch
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 
 _WINDOWS = 5
 
@@ -60,7 +61,7 @@ def rates(config: CollectionConfig, console: Console) -> list[float]:
 
 def main(config: CollectionConfig) -> None:
     """Measure and show."""
-    console = Console(width=None if sys.stdout.isatty() else 100)
+    console = Terminal(width=None if sys.stdout.isatty() else 100)
     found = rates(config, console)
     cores = max(1, config.envs.n_workers)
     console.print(

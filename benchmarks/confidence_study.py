@@ -29,6 +29,7 @@ from rich.table import Table
 from benchmarks.simulated_rooms import WAVELENGTH_M, draw_link, two_way_product
 from wifipgo.command.command_line import exit_code
 from wifipgo.command.palette import BLUE, GREEN, GREY, VERMILION
+from wifipgo.command.terminal import Terminal
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import write_json
 from wifipgo.radio.aoa import azimuth_grid, find_peaks
@@ -172,7 +173,7 @@ def main(
     require(links >= 20, "links", ">= 20", links)
     bar = track(range(links), "links", console=Console(stderr=True))
     studied = [study((seed, number), blocked=number % 2 == 1) for number in bar]
-    show(studied, Console())
+    show(studied, Terminal())
     if json is not None:
         content = {"links": links, "accuracy": accuracy(studied), "ranking": ranking(studied)}
         write_json(json, content, allow_nan=True)

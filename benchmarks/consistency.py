@@ -23,7 +23,6 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import tyro
 from jaxtyping import Float
-from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
@@ -33,6 +32,7 @@ from baselines.policies import make_policy
 from envs.rendezvous_v0 import RendezvousVectorEnv, vector_env
 from wifipgo import se2
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import write_json
 from wifipgo.graph.config import ESTIMATORS
@@ -116,7 +116,7 @@ def row_of(config: ConsistencyConfig, estimator: str, aoa_factors: bool, policy:
 
 def main(config: ConsistencyConfig) -> None:
     """Play and show."""
-    console = Console(width=None if sys.stdout.isatty() else 110)
+    console = Terminal(width=None if sys.stdout.isatty() else 110)
     title = f"{config.scenario}, {config.episodes} episodes, root {config.seed}"
     table = Table("estimator", "aoa_factors", "policy", "NEES / dof", "in band", "ATE, m2", "s", title=title)
     found = []

@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import tyro
-from rich.console import Console
 from rich.table import Table
 from scipy import stats
 
 from baselines.evaluation import intervals
 from baselines.evaluation.intervals import Estimate
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import write_json
 from wifipgo.files.parquet_files import read_parquet
@@ -110,7 +110,7 @@ def measure(run: Path = Path("results/reproduce"), samples: int = 400, json: Pat
             ours, bca = coverage(figure, pool, n, samples, np.random.default_rng(n))
             rows.append({"figure": figure.name, "room": room, "worlds": n, "ours": ours, "bca": bca})
             table.add_row(figure.name, room, str(len(pool[0])), str(n), f"{ours:.3f}", f"{bca:.3f}")
-    Console().print(table)
+    Terminal().print(table)
     if json is not None:
         write_json(json, rows)
 

@@ -26,13 +26,13 @@ from wifipgo.command.figures import Figure, drawing
 
 import numpy as np
 import tyro
-from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 from scipy.spatial.distance import cdist
 
 from wifipgo.command.command_line import exit_code
 from wifipgo.command.palette import SERIES
+from wifipgo.command.terminal import Terminal
 from wifipgo.data import public_data
 from wifipgo.errors import pick, require
 from wifipgo.files.atomic_files import write_json
@@ -204,7 +204,7 @@ def drawn(rows: list[Row]) -> Figure:
 
 def main(config: Config) -> None:
     """Compare, show, write."""
-    console, known = Console(width=None if sys.stdout.isatty() else 110), sets_of(config.data)
+    console, known = Terminal(width=None if sys.stdout.isatty() else 110), sets_of(config.data)
     rule = "a folder with g2o, g2o_single or tunnels, see docs/howto/data.md"
     require(bool(known), "data", rule, str(config.data))
     names = config.sets or tuple(known)

@@ -15,11 +15,11 @@ from tempfile import TemporaryDirectory
 from typing import Annotated, NamedTuple
 
 import tyro
-from rich.console import Console
 from rich.table import Table
 
 from benchmarks._framework_programs import FRAMEWORKS, whole_program
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.errors import pick
 
 _ROOT = Path(__file__).resolve().parents[1]
@@ -105,7 +105,7 @@ def tried_apart(name: str) -> Row:
 def main() -> None:
     """Try the frameworks that are asked for, and print a table."""
     config = tyro.cli(FrameworksConfig, prog="python -m benchmarks.frameworks", description=__doc__)
-    console = Console()
+    console = Terminal()
     names = [name for name in config.frameworks.split(",") if name] or list(FRAMEWORKS)
     for name in names:
         pick(FRAMEWORKS, name, "framework")

@@ -28,6 +28,7 @@ from rich.table import Table
 
 from wifipgo import se2
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.files.atomic_files import write_json
 from wifipgo.graph.edges import Edges, select
 from wifipgo.graph.solvers import last_pose_covariances, solve
@@ -170,7 +171,7 @@ def show(rows: list[Row], seed: int, console: Console) -> None:
 
 def main(config: GraphSpeedConfig) -> None:
     """Measure, show, write."""
-    console = Console(width=None if sys.stdout.isatty() else 120)
+    console = Terminal(width=None if sys.stdout.isatty() else 120)
     rows = measure(config, console)
     show(rows, config.seed, console)
     if config.json is not None:

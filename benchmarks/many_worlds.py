@@ -17,11 +17,11 @@ from statistics import median
 from typing import Annotated, Any
 
 import tyro
-from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.files.atomic_files import write_json
 
 _PROGRAM = Path(__file__).with_name("_world_program.py")
@@ -100,7 +100,7 @@ def played(row: Row, checkout: Path) -> dict[str, float]:
 
 def main(config: WorldsConfig) -> None:
     """Measure and show."""
-    console = Console(width=None if sys.stdout.isatty() else 110)
+    console = Terminal(width=None if sys.stdout.isatty() else 110)
     rows = [row for row in ROWS if fnmatch.fnmatch(row.name, config.rows)]
     checkouts = {"after": _HERE} | ({"before": config.before.resolve()} if config.before else {})
     found: dict[str, dict[str, list[dict[str, float]]]] = {

@@ -25,6 +25,7 @@ from rich.progress import track
 from rich.table import Table
 
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.data import public_data
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import write_json
@@ -183,7 +184,7 @@ def main(config: G2oConfig) -> None:
     Raises:
         BadInputError: There is nothing to measure, or a file is bad.
     """
-    console = Console()
+    console = Terminal()
     folders = data_sets(config.data)
     require(bool(folders), "data", "a folder with folders of g2o files", str(config.data))
     path = config.data / "reference.json"

@@ -20,11 +20,11 @@ from typing import Annotated, NamedTuple
 import gtsam
 import numpy as np
 import tyro
-from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.data import public_data
 from wifipgo.errors import BadInputError, NumericalError, require
 from wifipgo.files.atomic_files import write_json
@@ -120,7 +120,7 @@ def main(config: Config) -> None:
     """Compare and show."""
     files = [f for path in config.paths for f in (sorted(path.glob("*.g2o")) if path.is_dir() else [path])]
     require(bool(files), "paths", "g2o files, or folders of them", [str(path) for path in config.paths])
-    console = Console(width=None if sys.stdout.isatty() else 110)
+    console = Terminal(width=None if sys.stdout.isatty() else 110)
     rows = [row_of(path) for path in track(files, "sets", console=console)]
     table = Table("set", "right", "error", "gtsam, QR", "code", "says", "s", title="sets as published")
     for row in rows:

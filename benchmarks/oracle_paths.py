@@ -26,6 +26,7 @@ from benchmarks.reference_files import Reference, read_references
 from benchmarks.reference_paths import Agreement, compare, joined, traced
 from wifipgo.command.command_line import exit_code
 from wifipgo.command.palette import SERIES
+from wifipgo.command.terminal import Terminal
 from wifipgo.data import public_data
 from wifipgo.errors import BadInputError
 from wifipgo.files.atomic_files import write_json
@@ -244,7 +245,7 @@ def main(config: OracleConfig) -> None:
     parts = {name: compared(name, references) for name, references in fixtures.items()}
     total = joined(list(parts.values()))
     report = {name: figures(part) for name, part in (parts | {"total": total}).items()}
-    show(report, Console())
+    show(report, Terminal())
     if config.json is not None:
         files = {name: row for name, row in report.items() if name != "total"}
         content = {"tolerances": TOLERANCES, "files": files, "total": report["total"]}

@@ -41,6 +41,7 @@ from baselines.reproduce.encounter_grid import ODOMETRY, encounter, encounter_gr
 from baselines.reproduce.encounters import Encounter, EncounterConfig
 from benchmarks._outliers_picture import KINDS, PAPER_CLAIM, WRONG, drawn
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import appearing, write_json
 from wifipgo.files.npz_files import read_npz
@@ -222,7 +223,7 @@ def main(config: OutlierConfig) -> None:
     mpl.use("Agg")
     cells, console, begin = (
         grid(full=config.full),
-        Console(width=None if sys.stdout.isatty() else 140),
+        Terminal(width=None if sys.stdout.isatty() else 140),
         time.time(),
     )
     partial = claim(config, cells)

@@ -35,6 +35,7 @@ from benchmarks._naive_env import NaiveEnv
 from benchmarks.speed import physics_and_lidar
 from envs.rendezvous_v0 import parallel_env, vector_env
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.files.atomic_files import write_json
 
 _WINDOWS = 3
@@ -238,7 +239,7 @@ def show(rows: list[Row], console: Console) -> None:
 
 def main(config: PeersConfig) -> None:
     """Measure, show, write."""
-    console = Console(width=None if sys.stdout.isatty() else 140)
+    console = Terminal(width=None if sys.stdout.isatty() else 140)
     rows = [measure(peer, config.seconds) for peer in track(list(peers()), "peers", console=console)]
     show(rows, console)
     if config.json is not None:

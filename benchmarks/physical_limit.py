@@ -20,12 +20,12 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import pymunk
 import tyro
-from rich.console import Console
 from rich.table import Table
 
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import vector_env
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 
 _REPEATS = 30
 _PATHS, _SUBCARRIERS = 5, 30  # of a link in a room without obstacles
@@ -186,7 +186,7 @@ def step_s(n_worlds: int, scenario: str) -> float:
 
 def main(config: LimitConfig) -> None:
     """Measure and show."""
-    console = Console(width=None if sys.stdout.isatty() else 110)
+    console = Terminal(width=None if sys.stdout.isatty() else 110)
     machine, sizes = measured(), Sizes.of(config.worlds, config.scenario)
     works = radio(sizes) + rest(sizes)
     whole, floor = step_s(config.worlds, config.scenario), sum(work.seconds(machine) for work in works)

@@ -28,6 +28,7 @@ from rich.console import Console
 from rich.table import Table
 
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.files.atomic_files import write_json
 from wifipgo.radio import aoa
 from wifipgo.radio.channel import csi
@@ -266,7 +267,7 @@ def main(config: SpeedConfig) -> None:
     """Measure, show, write."""
     parts = (profile_rows, csi_rows, path_rows, batch_rows, team_rows)
     rows = [row for part in parts for row in part(config.seconds)]
-    show(rows, Console(width=None if sys.stdout.isatty() else 140))
+    show(rows, Terminal(width=None if sys.stdout.isatty() else 140))
     if config.json is not None:
         write_json(config.json, [row._asdict() for row in rows], allow_nan=True)
 

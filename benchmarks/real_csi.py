@@ -30,6 +30,7 @@ from scipy.stats import bootstrap
 from benchmarks._named_sets import name_sets
 from wifipgo.command.command_line import exit_code
 from wifipgo.command.palette import BLUE, FRAME, GREY, VERMILION
+from wifipgo.command.terminal import Terminal
 from wifipgo.data import public_data
 from wifipgo.errors import BadInputError
 from wifipgo.files.atomic_files import write_json
@@ -285,7 +286,7 @@ def main(
     rows = [row_of(link) for link in track(links, "links", console=Console(stderr=True))]
     out = least_confident(np.array([row.expected_error_deg for row in rows]))
     content = summary(rows, out)
-    console = Console()
+    console = Terminal()
     console.width = max(console.width, 178)
     show(rows, out, content, console)
     if json is not None:

@@ -28,6 +28,7 @@ from baselines.evaluate import run_episode
 from envs.render.config import RenderConfig
 from envs.render.viewer import Viewer
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.files.atomic_files import write_json
 from wifipgo.scenarios import SCENARIOS
 from wifipgo.state import Tick, World
@@ -110,7 +111,7 @@ def show(rows: list[Row], console: Console) -> None:
 def main(config: RenderSpeedConfig) -> None:
     """Measure, show, write."""
     rows = [drawn(scenario, config) for scenario in track(_SCENARIOS, "drawing")] + [copied(config)]
-    show(rows, Console(width=None if sys.stdout.isatty() else 100))
+    show(rows, Terminal(width=None if sys.stdout.isatty() else 100))
     if config.json is not None:
         content = [row._asdict() | {"frames_s": 1e3 / row.median_ms} for row in rows]
         write_json(config.json, content, allow_nan=True)

@@ -29,6 +29,7 @@ from rich.table import Table
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import RendezvousEnv, observe, parallel_env
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.files.atomic_files import write_json
 from wifipgo.graph.metrics import residual_error
 from wifipgo.graph.solvers import solve
@@ -202,7 +203,7 @@ def show(rows: list[Row], console: Console) -> None:
 def main(config: SpeedConfig) -> None:
     """Measure, show, write."""
     rows = measure(config)
-    show(rows, Console(width=None if sys.stdout.isatty() else 120))
+    show(rows, Terminal(width=None if sys.stdout.isatty() else 120))
     if config.json is not None:
         content = [
             row._asdict() | {"env_steps_s": row.env_steps_s, "agent_steps_s": row.agent_steps_s}

@@ -14,8 +14,9 @@ import time
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from rich.console import Console
 from rich.table import Table
+
+from wifipgo.command.terminal import Terminal
 
 
 class Row(NamedTuple):
@@ -67,7 +68,7 @@ def main(args: Sequence[str] | None = None) -> int:
             limit = f"{row.limit_s:g}" if row.limit_s else ""
             table.add_row(" ".join(["python", *row.words]), f"{clock_s:.2f}", f"{used_s:.2f}", limit)
             slow |= 0.0 < row.limit_s < used_s
-    Console().print(table)
+    Terminal().print(table)
     return int(slow)
 
 

@@ -30,6 +30,7 @@ from rich.table import Table
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import RendezvousEnv, RendezvousVectorEnv, parallel_env, vector_env
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.files.atomic_files import write_json
 from wifipgo.loop import iteration
 from wifipgo.world import map_accuracy
@@ -167,7 +168,7 @@ def show(found: Mapping[str, Mapping[str, float]], console: Console) -> None:
 
 def main(config: ProfileConfig) -> None:
     """Measure, show, write."""
-    console = Console(width=None if sys.stdout.isatty() else 120)
+    console = Terminal(width=None if sys.stdout.isatty() else 120)
     columns = [(name, n) for name in config.scenario for n in config.worlds]
     found = {
         name if n == 1 else f"{name}, {n} worlds": profile(name, config.repeats, n_worlds=n)

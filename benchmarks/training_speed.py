@@ -18,13 +18,13 @@ from pathlib import Path
 from typing import Annotated
 
 import tyro
-from rich.console import Console
 from rich.table import Table
 from stable_baselines3.common.callbacks import BaseCallback
 
 from train import TrainConfig, environments, read_yaml
 from train.training import make_model, settle_torch
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.heap import keep_freed_memory
 
 
@@ -88,7 +88,7 @@ def main(asked: TrainingSpeedConfig) -> None:
     for name, spent_s in (("collecting", collected_s), ("learning", learned_s), ("both", both_s)):
         each = ", ".join(f"{x:.2f}" for x in spent_s)
         table.add_row(name, each, f"{1e6 * sum(spent_s) / len(spent_s) / size:.0f}")
-    console = Console(width=None if sys.stdout.isatty() else 100)
+    console = Terminal(width=None if sys.stdout.isatty() else 100)
     console.print(table)
     rate = size * len(both_s) / sum(both_s)
     minutes = config.ppo.agent_steps / rate / 60.0

@@ -27,6 +27,7 @@ from rich.progress import track
 from rich.table import Table
 
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.data import public_data
 from wifipgo.datasets import read_tunnels
 from wifipgo.errors import require
@@ -181,7 +182,7 @@ def main(config: Config) -> None:
     """Search, compare, show."""
     folder, rule = config.data / "tunnels", "a folder with the folder tunnels in it, see docs/howto/data.md"
     require(folder.is_dir(), "data", rule, str(config.data))
-    console, graph = Console(width=None if sys.stdout.isatty() else 110), read_tunnels(folder)
+    console, graph = Terminal(width=None if sys.stdout.isatty() else 110), read_tunnels(folder)
     rows = answers(graph, console)
     for table in tables_of(rows):
         console.print(table)

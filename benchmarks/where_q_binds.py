@@ -22,6 +22,7 @@ from rich.table import Table
 from baselines.policies import make_policy
 from envs.rendezvous_v0 import parallel_env
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import appearing
 from wifipgo.scenarios import Scenario, scenario_named
@@ -115,7 +116,7 @@ def _interval(values: Float[np.ndarray, " worlds"]) -> str:
 def main(config: BindsConfig) -> None:
     """Play, show, write."""
     rows = all_worlds(config)
-    show(rows, Console(width=None if sys.stdout.isatty() else 140))
+    show(rows, Terminal(width=None if sys.stdout.isatty() else 140))
     if config.out is not None:
         with appearing(config.out) as part:
             rows.to_parquet(part, index=False)

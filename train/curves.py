@@ -17,13 +17,13 @@ import numpy as np
 import pandas as pd
 import tyro
 from jaxtyping import Float
-from rich.console import Console
 from rich.table import Table
 
 from train._curve_scores import curves_of, save_scores
 from train._curves_picture import drawn
 from train._learning_curve import LEARNED
 from wifipgo.command.command_line import exit_code
+from wifipgo.command.terminal import Terminal
 from wifipgo.errors import require
 from wifipgo.files.atomic_files import appearing, write_text
 
@@ -101,7 +101,7 @@ def run(config: CurvesConfig) -> None:
     """Print the table, then draw."""
     curves, scenarios = curves_of(config.runs)
     lines = lines_of(scores_at_the_end(curves), scenarios)
-    Console(width=200).print(table_of(lines))
+    Terminal(width=200).print(table_of(lines))
     if config.table is not None:
         write_text(config.table, markdown_of(lines))
     if config.scores is not None:
