@@ -122,7 +122,8 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path, capsys: pytest
     assert str(tmp_path / "file") in said
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.txt").write_text("")
-    assert "must be new or empty" in refused(capsys, "--out", str(tmp_path / "mine"), "--overwrite")
+    assert "must be new or empty" in refused(capsys, "--out", str(tmp_path / "mine"))
+    assert "also holds 'thesis.txt'" in refused(capsys, "--out", str(tmp_path / "mine"), "--overwrite")
     assert (tmp_path / "mine" / "thesis.txt").exists()
 
 
