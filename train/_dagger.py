@@ -39,8 +39,7 @@ def imitate(model: PPO, norm: VecNormalize, config: TrainConfig, *, on_step: Cal
     team = _Scripts(norm, config)
     optimizer = torch.optim.Adam(model.policy.parameters(), lr=cfg.learning_rate)
     learner = Learner(model.policy, deepcopy(model.policy), optimizer, norm)
-    if team.stays.any():
-        norm.training = False  # what is shown to a network that is to stay as it is stays, too
+    norm.training = not team.stays.any()  # what is shown to a network that is to stay as it is stays, too
     lessons: list[Lessons] = []
     n_steps = rounded_up(cfg.agent_steps, norm.num_envs, scenarios_of(config)[0].n_steps)
     shown = norm.reset()
@@ -82,7 +81,7 @@ class _Scripts:
         self._team_sizes = np.concatenate([part.team_sizes for part in self._parts])
         taught = [config.imitation.in_scenario(text) for text in config.envs.texts]
         numbers = np.concatenate([teams for *_, teams in of_each])
-        #: Rows in which the network is to stay as it was.
+        # Rows in which the network is to stay as it was.
         self.stays = self.by_row(np.array([who == START for who in taught])[numbers % len(taught)])
 
     def answers(self) -> np.ndarray:

@@ -21,9 +21,7 @@ def terminal_tables(standings: Sequence[Standing], title: str) -> Group:
     """
     whole, each = _table(title, HEADS), _table("", ("policy", *standings[0].scores))
     for one in standings:
-        improvement = "" if one.improvement is None else _interval(one.improvement)
-        counts = "" if one.improvement is None else f"{one.above}, {one.below}"
-        whole.add_row(Text(one.label), _interval(one.iqm), improvement, counts)
+        whole.add_row(Text(one.label), *_aggregates(one))
         each.add_row(Text(one.label), *(_two_lines(score) for score in one.scores.values()))
     return Group(whole, "", each, "")
 
@@ -42,10 +40,8 @@ def markdown_table(standings: Sequence[Standing]) -> str:
     rows = []
     best = {name: max(_per_cent(one.scores[name]) for one in standings) for name in names}
     for one in standings:
-        improvement = "" if one.improvement is None else _interval(one.improvement)
-        counts = "" if one.improvement is None else f"{one.above}, {one.below}"
         cells = [_cell(one.scores[name], best[name]) for name in names]
-        rows.append([markdown_text(one.label), _interval(one.iqm), improvement, counts, *cells])
+        rows.append([markdown_text(one.label), *_aggregates(one), *cells])
     return pipe_table([*HEADS, *names], rows)
 
 
@@ -57,6 +53,13 @@ def pairs_table(labels: Sequence[str], decided: Callable[[str, str], tuple[int, 
         rows.append([markdown_text(label), *counts])
     head = ["", *map(markdown_text, labels)]
     return pipe_table(head, rows, n_words=len(head))
+
+
+def _aggregates(one: Standing) -> tuple[str, str, str]:
+    """What stands under `HEADS` behind the name; of the reference its mean alone."""
+    if one.improvement is None:
+        return _interval(one.iqm), "", ""
+    return _interval(one.iqm), _interval(one.improvement), f"{one.above}, {one.below}"
 
 
 def _cell(score: Estimate, best: float) -> str:

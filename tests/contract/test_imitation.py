@@ -52,14 +52,12 @@ def test_scripts_are_those_of_each_environment_alone() -> None:
 
 @pytest.mark.parametrize("second", ["paper-hw-2", "paper-sim-2 n_robots=3"], ids=["alike", "mixed"])
 def test_rows_that_are_to_stay_are_those_of_scenarios_where_start_is_imitated(
-    tmp_path: Path, second: str
+    tmp_path: Path, done: Run, second: str
 ) -> None:
     """Five environments take two scenarios in turn: two are of the second, with all their robots."""
     envs = replace(SHORT, others=(second,), n_envs=5)
     imitation = ImitationConfig(policy="voronoi", instead=(f"start in {second}",))
-    begun = small(tmp_path / "begun", envs=envs, ppo=replace(FEW, batch_size=24 if "n_" in second else 25))
-    run = train(begun)
-    config = replace(begun, start=str(run.config.out), imitation=imitation)
+    config = small(tmp_path, envs=envs, start=str(done.config.out), imitation=imitation)
     norm = environments(config, 0)
     norm.reset()
     stays = _Scripts(norm, config).stays

@@ -227,7 +227,7 @@ def run(
             report["accuracy"] = against.report
         results.publish(reading, outcome.poses, outcome.weight, table | report, single=not path.is_dir())
         print_table(table, title=printable(path.resolve().name))
-        if doubt := contradiction(table, robust):
+        if doubt := contradiction(table):
             say(f"note: {doubt}")
         say(f"results: {out}")
         results.draw(reading.graph, outcome.poses, outcome.weight)

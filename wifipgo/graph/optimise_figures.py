@@ -118,10 +118,10 @@ def _errors(reading: Reading, outcome: Outcome, part: Int[np.ndarray, " poses"])
     }
 
 
-def contradiction(table: Mapping[str, object], robust: str) -> str:
+def contradiction(table: Mapping[str, object]) -> str:
     """What a fit says that no noise explains, where nothing guards against outliers; else nothing."""
     found = table[PER_FREEDOM]
-    if robust != "none" or not isinstance(found, float) or found < _MUCH:
+    if table["robust"] != "none" or not isinstance(found, float) or found < _MUCH:
         return ""
     return (
         f"measurements contradict each other: chi-square {found:.3g} per degree of freedom, where noise as "
