@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import torch
 from jaxtyping import Bool, Float, Shaped
-from stable_baselines3.common.distributions import Distribution, kl_divergence
+from stable_baselines3.common.distributions import kl_divergence
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.vec_env import VecNormalize
 from torch.nn.functional import mse_loss
@@ -57,10 +57,9 @@ def fit(
     policy.set_training_mode(True)
     for _ in range(cfg.epochs):
         for batch in np.array_split(rng.permutation(len(x)), max(len(x) // cfg.batch_size, 1)):
-            values, choices = policy.predict_values(x[batch]), policy.get_distribution(x[batch])
-            likelihood = choices.log_prob(said[batch])
+            values, likelihood, _ = policy.evaluate_actions(x[batch], said[batch])
             if any_stays:
-                apart = cfg.stay_weight * _divergence(before, x[batch], choices)
+                apart = cfg.stay_weight * _divergence(before, policy, x[batch])
                 likelihood = torch.where(as_before[batch], -apart, likelihood)
             loss = _VALUE_WEIGHT * mse_loss(values[:, 0], worth[batch]) - likelihood.mean()
             optimizer.zero_grad()
@@ -71,7 +70,7 @@ def fit(
 
 
 def _divergence(
-    before: ActorCriticPolicy, x: Float[torch.Tensor, "rows shown"], now: Distribution
+    before: ActorCriticPolicy, now: ActorCriticPolicy, x: Float[torch.Tensor, "rows shown"]
 ) -> Float[torch.Tensor, " rows"]:
     """Kullback-Leibler divergence of the choices now from those of before.
 
@@ -79,4 +78,4 @@ def _divergence(
     """
     with torch.no_grad():
         then = before.get_distribution(x)
-    return kl_divergence(then, now).reshape(len(x), -1).sum(dim=1)
+    return kl_divergence(then, now.get_distribution(x)).reshape(len(x), -1).sum(dim=1)
